@@ -1,0 +1,81 @@
+// The renderer: images, forward gradient images and reverse gradients of one scene on one device.
+#pragma once
+
+#include "scene/image.h"
+#include "scene/scene.h"
+#include "vk/device.h"
+
+#include <functional>
+#include <map>
+#include <memory>
+
+namespace cmpg {
+
+enum class Sampler { Independent, Sobol };
+
+// Fixed for the life of a renderer: decides which kernels are built and which buffers exist.
+struct RenderConfig {
+    std::vector<std::uint32_t> differentiable; // parameters gradients may be asked for
+    std::uint32_t maxDepth = 8;                // segments; 1 = directly seen emission only
+    Sampler sampler = Sampler::Sobol;
+    bool lightSampling = true; // next-event estimation with MIS
+    bool allFeatures = false;  // build everything, whether the scene needs it or not (for comparison)
+    std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
+};
+
+// Keys of the random numbers of one pass. Different passes of one step are independent.
+struct PassKey {
+    std::uint64_t seed = 0;
+    std::uint32_t step = 0;
+    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot
+};
+
+struct View {
+    const Camera* camera = nullptr;
+    int width = 512, height = 512;
+};
+
+// First-hit features of the camera rays, averaged over the samples.
+struct Layers {
+    Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
+};
+
+struct RenderStatistics {
+    std::uint64_t paths = 0, rays = 0; // since construction
+    std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
+};
+
+class Renderer {
+  public:
+    Renderer(Device& device, const Scene& scene, const RenderConfig& config);
+    ~Renderer();
+
+    // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
+    void setParameter(std::uint32_t parameter, std::span<const float> values);
+    // Values the scattering functions are evaluated with while all sampling stays at setParameter's values: frozen finite
+    // differences. Empty span: back to one set.
+    void setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values);
+
+    // RGB radiance. `spp` samples in every pixel.
+    Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
+
+    // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
+    Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                  std::span<const std::vector<float>> directions);
+
+    // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
+    // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`
+    // everywhere; `weights`: 1/E[samples] per pixel, used with perPixel.
+    void reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
+                 std::span<const float> weights, std::vector<std::vector<double>>& gradients);
+
+    const RenderStatistics& statistics() const;
+    // Features the scene needs, one line each with what it costs, for `inspect`.
+    std::vector<std::string> describeFeatures() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace cmpg

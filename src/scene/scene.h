@@ -1,0 +1,137 @@
+// What a scene is, in host memory, without Vulkan: geometry, materials, parameters, lights, cameras.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cmpg {
+
+// The things of a material that can be differentiated. `environment.radiance` has its own kind.
+enum class SlotKind : std::uint32_t { BaseColor, Roughness, Metallic, Specular, Emission, Normal, Radiance };
+constexpr std::uint32_t kMaterialSlots = 6;
+const char* slotName(SlotKind kind); // "baseColor", ...
+
+enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
+
+// One parameter: every slot of every material has one, constant (1x1) or textured.
+struct Parameter {
+    std::string name; // "<material>.<slot>" or "environment.radiance"
+    SlotKind kind = SlotKind::BaseColor;
+    std::uint32_t width = 1, height = 1, channels = 3; // channels 1 or 3
+    bool textured = false;
+
+    // How a surface point's texture coordinate finds a texel.
+    Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
+    bool nearest = false;
+    std::uint32_t texcoord = 0;             // TEXCOORD_0 or _1
+    glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0}; // columns: image of u, of v, translation (KHR_texture_transform)
+
+    // Either `values` (linear, factor folded in, row-major, channels interleaved) or, for textures nobody changes, `bytes` as in the
+    // file with value = scale * decode(byte) + bias. materialise() turns the second form into the first.
+    std::vector<float> values;
+    std::vector<std::uint8_t> bytes; // channels interleaved
+    bool srgb = false;
+    glm::vec3 scale{1}, bias{0};
+
+    std::size_t entries() const { return std::size_t(width) * height * channels; }
+    void materialise();
+    // Range of the values: [0,1], [0,inf) or [-1,1]; see docs/conventions.md.
+    float lowest() const;
+    float highest() const;
+};
+
+struct Material {
+    std::string name;
+    std::array<std::uint32_t, kMaterialSlots> parameters; // index by SlotKind, into Scene::parameters
+    bool hasNormalMap = false;
+    float ior = 1.5f;
+    glm::vec3 specularColor{1};
+    bool alphaMask = false;
+    float alphaCutoff = 0.5f, alphaFactor = 1;
+    std::uint32_t alphaTexture = ~0u; // into Scene::alphaTextures, only for alphaMask
+};
+
+// Alpha of a baseColorTexture of a MASK material.
+struct AlphaTexture {
+    std::uint32_t width = 1, height = 1, texcoord = 0;
+    Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
+    bool nearest = false;
+    glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0};
+    std::vector<std::uint8_t> alpha;
+};
+
+struct Triangle {
+    std::array<std::uint32_t, 3> vertices;
+    std::uint32_t material;
+};
+
+// World space. Optional arrays are empty when no primitive of the scene has them; otherwise filled for every vertex.
+struct Geometry {
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals; // zero vector: the triangle's geometric normal is used
+    std::vector<glm::vec2> uv0, uv1;
+    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: derived from uvs; filled only where a normal map needs them
+    std::vector<glm::vec4> colors;   // linear, multiplies baseColor (alpha multiplies alpha)
+    std::vector<Triangle> triangles;
+};
+
+struct Camera {
+    std::string name;
+    glm::mat4 toWorld{1}; // camera looks along -Z
+    bool orthographic = false;
+    float yfov = 0.8f;            // radians, vertical
+    float ymag = 1;               // orthographic: half height
+    std::optional<float> aspect;  // as in the file; used for the default size only
+};
+
+struct PunctualLight {
+    enum class Kind : std::uint32_t { Point, Spot, Directional } kind = Kind::Point;
+    glm::vec3 position{0}, direction{0, 0, -1}; // direction the light travels
+    glm::vec3 intensity{1};                     // colour * intensity: W/sr, or W/m^2 for directional
+    float range = 0;                            // 0 = unlimited
+    float innerCos = 1, outerCos = 0.7071f;
+};
+
+struct Environment {
+    std::uint32_t parameter; // radiance, W x H x 3 (intensity folded in); latitude-longitude
+    float rotation = 0;      // radians about +y; world = R_y(rotation) * environment
+};
+
+struct Scene {
+    std::string source; // path it came from
+    Geometry geometry;
+    std::vector<Material> materials;
+    std::vector<AlphaTexture> alphaTextures;
+    std::vector<Parameter> parameters; // of all materials, then the environment's
+    std::vector<PunctualLight> lights;
+    std::optional<Environment> environment;
+    std::vector<Camera> cameras; // never empty
+    std::uint32_t maxDepth = 8;
+    glm::dvec3 center{0}; // subtracted from all positions (re-centred in double when the scene is far from the origin)
+    std::vector<std::string> warnings;
+    std::uint64_t skippedTriangles = 0; // degenerate
+
+    // Index of the parameter, or Error(Usage) listing the nearest names.
+    std::uint32_t parameter(const std::string& name) const;
+    // All parameters a glob selects, in order; Error(Usage) when none.
+    std::vector<std::uint32_t> select(const std::string& glob) const;
+    const Camera& camera(const std::string& name) const; // "" = first
+};
+
+struct LoadOptions {
+    std::size_t maxTextureSize = 8192; // edge; larger is refused with the size it would need
+};
+
+// Reads .gltf or .glb exactly as docs/conventions.md says. Throws Error(Input).
+Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options = {});
+
+// Writes the source scene with the given parameters' current values put back into its materials and textures (8-bit) to
+// `folder`/scene.gltf, readable by any glTF viewer; and exact values as parameters/<name>.exr beside it.
+void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
+
+} // namespace cmpg

@@ -1,0 +1,172 @@
+// A Vulkan compute device: choice, limits, buffers, kernels, submission, timestamps, memory accounting.
+// No Vulkan type appears here; src/vk/*.cpp alone includes the Vulkan headers.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cmpg {
+
+struct DeviceInfo {
+    std::string name;   // as the driver reports it
+    std::string driver; // driver name and version
+    std::string type;   // "cpu", "integrated", "discrete", "virtual", "other"
+    bool usable = true;
+    std::string missing; // why it is not usable: the required features it lacks
+    bool int64Atomics = false, float64 = false;
+    std::uint32_t subgroupSize = 0;
+    std::uint64_t maxStorageBufferRange = 0;  // bytes
+    std::uint64_t maxTexelBufferElements = 0; // elements
+};
+
+// What a buffer's memory is accounted to. Transient memory is what --memory bounds; the others are added and printed.
+enum class MemoryKind { Scene, Parameters, Transient };
+
+// Texel view of a buffer. Read-mostly hot data is read through it (twice as fast as storage on lavapipe).
+enum class Texel { None, Rgba32f, Rgba32ui, R32f, R32ui };
+
+struct MemoryUse {
+    std::uint64_t current = 0, peak = 0;                    // bytes over all kinds
+    std::map<std::string, std::uint64_t> buffers;           // live buffers by name
+    std::array<std::uint64_t, 3> byKind{}, peakByKind{};    // indexed by MemoryKind
+};
+
+struct KernelTime {
+    std::uint64_t calls = 0;
+    double seconds = 0; // device time from timestamps
+};
+
+class Device {
+  public:
+    struct Options {
+        std::string select;      // "" = best usable; otherwise an index of list() or a part of the name, case-insensitive
+        bool validation = false; // Vulkan validation layers; every message becomes an Error (also enabled by CMPG_VALIDATION=1)
+        bool portable = false;   // use the portable kernel variants even where the device has more (also by CMPG_PORTABLE=1)
+    };
+    // Every Vulkan device seen, usable or not. Throws Error(Device) naming the remedy when there is no Vulkan at all.
+    static std::vector<DeviceInfo> list();
+
+    explicit Device(const Options& options);
+    ~Device();
+    Device(Device&&) noexcept;
+
+    const DeviceInfo& info() const;
+    bool portable() const;             // kernels read through storage buffers, no 64-bit atomics
+    std::uint32_t driverThreads() const; // lavapipe: number of worker threads (static work split); 1 on GPUs
+    const MemoryUse& memory() const;
+    const std::map<std::string, KernelTime>& kernelTimes() const;
+    double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
+    void resetKernelTimes();
+
+    struct Impl;
+    Impl& impl() const { return *impl_; }
+
+  private:
+    std::unique_ptr<Impl> impl_;
+};
+
+class Buffer {
+  public:
+    Buffer() = default; // null: binds as a 16-byte dummy
+    // Size is rounded up to 16 bytes; contents start zeroed. Host transfers go through upload/download whatever the memory type.
+    Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind kind, Texel texel = Texel::None);
+    ~Buffer();
+    Buffer(Buffer&&) noexcept;
+    Buffer& operator=(Buffer&&) noexcept;
+
+    std::uint64_t size() const;
+    explicit operator bool() const { return impl_ != nullptr; }
+
+    // Synchronous; must not be called while a submission that uses the buffer is in flight.
+    void upload(std::span<const std::byte> bytes, std::uint64_t offset = 0);
+    void download(std::span<std::byte> bytes, std::uint64_t offset = 0) const;
+    template <class T> void uploadAll(const std::vector<T>& v, std::uint64_t offset = 0) { upload(std::as_bytes(std::span(v)), offset); }
+    template <class T> std::vector<T> downloadAll(std::size_t count, std::uint64_t offset = 0) const {
+        std::vector<T> v(count);
+        download(std::as_writable_bytes(std::span(v)), offset);
+        return v;
+    }
+
+    struct Impl;
+    Impl* impl() const { return impl_.get(); }
+
+  private:
+    std::unique_ptr<Impl> impl_;
+};
+
+// One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice.
+class Kernel {
+  public:
+    Kernel() = default;
+    // `name`: file name of the kernel without .comp. `constants[i]` is specialization constant id i (uint, float bits or bool).
+    Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants = {});
+    ~Kernel();
+    Kernel(Kernel&&) noexcept;
+    Kernel& operator=(Kernel&&) noexcept;
+
+    const std::string& name() const;
+    std::uint32_t localSize() const; // invocations per workgroup
+    std::uint64_t spirvBytes() const;
+
+    struct Impl;
+    Impl* impl() const { return impl_.get(); }
+
+  private:
+    std::unique_ptr<Impl> impl_;
+};
+
+// Which buffer stands behind each binding number (shaders/shared/bindings.h). A kernel picks those it declares.
+class Bindings {
+  public:
+    struct Range {
+        const Buffer* buffer = nullptr;
+        std::uint64_t offset = 0, bytes = 0; // bytes 0 = to the end; offset a multiple of 256
+    };
+    Bindings& set(std::uint32_t binding, const Buffer& buffer, std::uint64_t offset = 0, std::uint64_t bytes = 0);
+    const Range& at(std::uint32_t binding) const; // null buffer when unset
+
+  private:
+    std::array<Range, 64> ranges_{};
+};
+
+// A list of commands, recorded once and submitted any number of times.
+class Commands {
+  public:
+    explicit Commands(Device& device);
+    ~Commands();
+    Commands(Commands&&) noexcept;
+
+    // Runs ceil(items / localSize) workgroups, folded into y above 65 535 (globalIndex() in shaders/lib/dispatch.glsl unfolds).
+    template <class Push> void dispatch(const Kernel& k, const Bindings& b, std::uint64_t items, const Push& push) {
+        dispatchBytes(k, b, items, std::as_bytes(std::span(&push, 1)));
+    }
+    // Group counts (3 uints) come from `arguments` at `offset`.
+    template <class Push>
+    void dispatchIndirect(const Kernel& k, const Bindings& b, const Buffer& arguments, std::uint64_t offset, const Push& push) {
+        dispatchIndirectBytes(k, b, arguments, offset, std::as_bytes(std::span(&push, 1)));
+    }
+    void fill(const Buffer& buffer, std::uint32_t value, std::uint64_t offset = 0, std::uint64_t bytes = 0);
+    void copy(const Buffer& from, std::uint64_t fromOffset, const Buffer& to, std::uint64_t toOffset, std::uint64_t bytes);
+    void barrier(); // everything before is visible to everything after; dispatch() does not insert any
+
+    void submitAndWait(); // adds to the device's kernelTimes(); throws Error(Device) when the device is lost
+    void clear();         // forget the recorded commands, to record again
+
+  private:
+    void dispatchBytes(const Kernel&, const Bindings&, std::uint64_t items, std::span<const std::byte> push);
+    void dispatchIndirectBytes(const Kernel&, const Bindings&, const Buffer&, std::uint64_t offset, std::span<const std::byte> push);
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+// Runs each kernel once over no items, so that just-in-time compilation happens now and is counted in compileSeconds().
+void warmUp(Device& device, std::span<const Kernel* const> kernels);
+
+} // namespace cmpg
