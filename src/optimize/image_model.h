@@ -1,0 +1,22 @@
+// What an optimisation needs from whatever makes its images: an image and its reverse-mode derivative, per view.
+#pragma once
+
+#include "render/renderer.h"
+
+namespace cmpg {
+
+class ImageModel {
+  public:
+    virtual ~ImageModel() = default;
+
+    virtual std::size_t views() const = 0;
+    virtual std::pair<int, int> size(std::size_t view) const = 0; // width, height in pixels
+    virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
+    // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order. `perPixel` and
+    // `weights` as in Renderer::reverse: empty for `spp` everywhere.
+    virtual void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
+                         std::span<const float> weights, std::vector<std::vector<double>>& gradients) = 0;
+    virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
+};
+
+} // namespace cmpg

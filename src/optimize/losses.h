@@ -1,0 +1,39 @@
+// Losses between an image and its target, with the adjoint: the derivative of the loss by every pixel value.
+#pragma once
+
+#include "scene/image.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace cmpg {
+
+// Of a value x with target y, eps = kLossEpsilon:
+enum class Loss {
+    Mse,         // (x - y)^2
+    L1,          // |x - y|
+    Smape,       // |x - y| / (|x| + |y| + eps)
+    RelativeMse, // (x - y)^2 / (y^2 + eps)
+};
+constexpr double kLossEpsilon = 1e-2;
+
+const char* lossName(Loss loss);         // "mse", "l1", "smape", "relative-mse"
+Loss parseLoss(const std::string& name); // Error(Usage) listing the names
+
+struct LossTerm {
+    double value, derivative; // derivative by x; 0 at the kinks
+};
+LossTerm lossTerm(Loss loss, double x, double y);
+
+struct LossResult {
+    double value = 0;            // weighted mean over pixels and channels
+    Image adjoint;               // dvalue/dpixel, in the image's shape
+    std::uint64_t nonFinite = 0; // pixels left out because the image is not finite there
+};
+
+// `mask`: weight in [0,1] of each pixel, or empty for 1 everywhere. The sum is in a fixed order: equal inputs, equal bits, whatever
+// the number of threads. Error(Input) if the sizes differ or nothing is unmasked.
+LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask = {});
+
+} // namespace cmpg

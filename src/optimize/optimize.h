@@ -1,0 +1,79 @@
+// An optimisation: parameters of a scene move until its images match their targets.
+#pragma once
+
+#include "optimize/image_model.h"
+#include "optimize/losses.h"
+#include "optimize/optimizer.h"
+#include "optimize/target.h"
+#include "render/pixel_sampling.h"
+
+#include <atomic>
+#include <functional>
+
+namespace cmpg {
+
+struct OptimizeConfig {
+    std::uint32_t steps = 200;
+    std::uint32_t spp = 16, sppGradient = 4; // per pixel and step, of the primal and of the derivative pass
+    std::uint64_t seed = 0;
+    Loss loss = Loss::Mse;
+    OptimizerConfig optimizer;
+    double totalVariation = 0; // weight of the regulariser; 0 = off
+    PixelSampling pixelSampling = PixelSampling::Adjoint;
+    std::vector<Target> targets;             // one per view of the model
+    const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
+};
+
+struct StepReport {
+    std::uint32_t step = 0;     // from 0
+    double loss = 0;            // mean over the views, before the update
+    double regularizer = 0;     // weighted; not part of `loss`
+    double rate = 0;            // of the first parameter, schedule included
+    double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
+    std::vector<double> gradientNorm; // Euclidean, per parameter, finite entries only
+    std::uint64_t samples = 0;        // camera paths of both passes
+    std::uint64_t dropped = 0;        // gradient entries and pixels left out because they were not finite
+};
+
+// All that changes from step to step and is not in Scene::parameters.
+struct OptimizeState {
+    std::uint32_t step = 0; // steps done
+    std::vector<Moments> moments;
+};
+
+class Optimization {
+  public:
+    // `parameters`: indices into scene.parameters, which hold the current values after every step. Error(Input) if a view
+    // and its target do not fit.
+    Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters);
+
+    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; then regulariser, update,
+    // projection. Error(Numerical) if no gradient entry at all is finite.
+    StepReport step();
+    // Steps until done or stopped, calling `afterStep` after each. False: stopped.
+    bool run(const std::function<void(const StepReport&)>& afterStep = {});
+
+    // Image of a view at the current parameters, with the same random numbers whatever the step: two of them differ by what the
+    // parameters changed, not by noise.
+    Image render(std::size_t view, std::uint32_t spp);
+
+    const OptimizeConfig& config() const { return config_; }
+    const OptimizeState& state() const { return state_; }
+    const Scene& scene() const { return scene_; }
+    const std::vector<std::uint32_t>& parameters() const { return parameters_; }
+    // Of the last step, regulariser included: entries() doubles per parameter. Empty before the first.
+    const std::vector<std::vector<double>>& gradients() const { return gradients_; }
+
+  private:
+    void addView(std::size_t view, StepReport& report);
+    void applyUpdate(StepReport& report);
+
+    ImageModel& model_;
+    Scene& scene_;
+    OptimizeConfig config_;
+    std::vector<std::uint32_t> parameters_;
+    OptimizeState state_;
+    std::vector<std::vector<double>> gradients_;
+};
+
+} // namespace cmpg

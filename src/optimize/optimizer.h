@@ -1,0 +1,53 @@
+// First-order optimisers over the entries of parameters. State is plain data on the host.
+#pragma once
+
+#include "scene/scene.h"
+
+#include <array>
+#include <span>
+
+namespace cmpg {
+
+enum class OptimizerKind { Adam, Sgd };
+enum class Schedule { Constant, Cosine, Exponential };
+
+constexpr std::size_t kSlotKinds = std::size_t(SlotKind::Radiance) + 1;
+using SlotRates = std::array<float, kSlotKinds>; // indexed by SlotKind
+
+struct OptimizerConfig {
+    OptimizerKind kind = OptimizerKind::Adam;
+    // Adam (Kingma and Ba 2015): the step of an entry is rate * m / (sqrt(v) + epsilon). Gradients of a mean over an image are of
+    // the order of 1e-9 for a texel, so epsilon is far below the usual 1e-8.
+    float beta1 = 0.9f, beta2 = 0.999f, epsilon = 1e-15f;
+    // SGD: m = momentum * m + g; the step is rate * m * texels. Times the number of texels because the gradient by a texel shrinks
+    // with its area: a rate then means the same at every resolution.
+    float momentum = 0.9f;
+    // Step per update of a parameter of each kind. Kinds without an upper bound (emission, radiance) step in units of the mean
+    // of their starting values. Negative: the optimiser's default, below.
+    SlotRates rates = {-1, -1, -1, -1, -1, -1, -1};
+    Schedule schedule = Schedule::Constant;
+    float finalFactor = 0.1f; // what the schedule has multiplied the rate by at the last step
+};
+constexpr SlotRates kAdamRates = {0.02f, 0.02f, 0.02f, 0.02f, 0.02f, 0.01f, 0.02f};
+constexpr SlotRates kSgdRates = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.25f, 0.5f};
+
+// Step of a parameter of this kind: the configured one or the default.
+float slotRate(const OptimizerConfig& config, SlotKind kind);
+
+// Factor of the rate at `step` of `steps` (from 0): 1 at the first, finalFactor at the last.
+double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor);
+
+// What an optimiser remembers of one parameter.
+struct Moments {
+    float unit = 1;                   // what the rate is multiplied by: fixed from the starting values
+    std::vector<float> first, second; // second is empty for SGD
+};
+Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter);
+
+// One update of parameter.values, projected to the parameter's range; texels of normal maps are brought back to unit length. `step`
+// counts from 0 (bias correction), `factor` is the schedule's. Entries whose gradient is not finite keep value and moments; returns
+// how many.
+std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient, Moments& moments,
+                              Parameter& parameter);
+
+} // namespace cmpg

@@ -1,0 +1,31 @@
+// One line about how far an optimisation is.
+#pragma once
+
+#include "optimize/optimize.h"
+
+#include <chrono>
+#include <iosfwd>
+
+namespace cmpg {
+
+// "step 12/200  loss 1.234e-03  3.4 M samples/s  ETA 1:23"
+std::string progressLine(const StepReport& report, std::uint32_t steps, double samplesPerSecond, double secondsLeft);
+
+// Rewrites one line on a terminal; elsewhere prints a line every few steps and at the last one.
+class Progress {
+  public:
+    Progress(std::ostream& out, bool terminal, std::uint32_t steps);
+    void update(const StepReport& report);
+    void finish(); // leaves the line on a terminal
+
+  private:
+    std::ostream& out_;
+    bool terminal_;
+    std::uint32_t steps_, interval_;
+    std::chrono::steady_clock::time_point start_;
+    std::uint32_t done_ = 0;
+    std::size_t width_ = 0; // of the line on the terminal, to blank it
+    std::uint64_t samples_ = 0;
+};
+
+} // namespace cmpg

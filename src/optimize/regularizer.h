@@ -1,0 +1,18 @@
+// Total variation of a texture.
+#pragma once
+
+#include "scene/scene.h"
+
+#include <span>
+
+namespace cmpg {
+
+// Differences well below this count quadratically, so that the gradient is smooth at 0: a quarter of an 8-bit step.
+constexpr double kTotalVariationEpsilon = 1e-3;
+
+// Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of
+// sqrt(d^2 + eps^2) - eps, divided by the number of entries. Neighbours across an edge count where the texture repeats; an
+// environment wraps around horizontally. 0 for constants.
+double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient);
+
+} // namespace cmpg

@@ -1,0 +1,57 @@
+// The folder an optimisation writes: what it was, how it went, what came out.
+#pragma once
+
+#include "optimize/optimize.h"
+
+#include <fstream>
+
+namespace cmpg {
+
+//   loss.csv                 one row per step, flushed
+//   initial.exr, final.exr, difference.exr   images of the views; difference = final - initial
+//   target.exr               as compared: exposed, linear
+//   gradients/<name>.exr     dLoss/dparameter of the last step
+//   parameters/<name>.exr    exact values          (exportGltf)
+//   scene.gltf ...           the optimised scene   (exportGltf)
+// With several views the images are <name>.<view>.exr, views counted from 0. Every file but loss.csv is written aside and renamed,
+// so that what is there is whole at any time.
+class RunFolder {
+  public:
+    // Makes the folder and starts loss.csv. Error(Output) if that fails.
+    explicit RunFolder(std::filesystem::path folder);
+
+    void writeTargets(const Optimization& run);
+    // Initial images: before the first step.
+    void writeInitial(Optimization& run, std::uint32_t spp);
+    void appendStep(const StepReport& report);
+    // All results; equally at the end and after an interruption.
+    void writeFinal(Optimization& run, std::uint32_t spp) {
+        writeScene(run);
+        writeImages(run, spp);
+    }
+    // Its two parts. The scene comes first: it is what must not get lost.
+    void writeScene(const Optimization& run);
+    void writeImages(Optimization& run, std::uint32_t spp); // final, difference, gradients
+
+    const std::filesystem::path& path() const { return path_; }
+    // For --json and run.json: what was written so far, "initial" -> path, ...
+    const std::vector<std::pair<std::string, std::filesystem::path>>& outputs() const { return outputs_; }
+    // Of the views, in linear values; for a contact sheet. Empty before they were written.
+    const std::vector<Image>& initialImages() const { return initial_; }
+    const std::vector<Image>& finalImages() const { return final_; }
+
+  private:
+    void writeImage(const std::string& name, const std::filesystem::path& file, const Image& image);
+
+    std::filesystem::path path_;
+    std::ofstream csv_;
+    std::vector<std::pair<std::string, std::filesystem::path>> outputs_;
+    std::vector<Image> initial_, final_;
+};
+
+// A texture-shaped EXR image of one value per entry of a parameter.
+Image parameterImage(const Parameter& parameter, std::span<const double> values);
+// The parameter's name made safe as a file name: characters no file system refuses.
+std::string parameterFileName(const std::string& parameterName);
+
+} // namespace cmpg

@@ -1,0 +1,28 @@
+// A target image with the weight each of its pixels has in the loss.
+#pragma once
+
+#include "scene/image.h"
+
+namespace cmpg {
+
+struct TargetOptions {
+    std::filesystem::path mask; // image whose mean channel is a weight in [0,1]; empty: none
+    float exposure = 0;         // the target is multiplied by 2^exposure
+};
+
+struct Target {
+    std::string name; // file it came from, for messages
+    Image image;      // 3 channels, linear
+    std::vector<float> mask;   // weight per pixel in [0,1], or empty for 1 everywhere
+    std::uint64_t clipped = 0; // pixels of an 8-bit file left out because a channel is at its maximum
+    std::uint64_t invalid = 0; // pixels left out because they are not finite
+};
+
+// Reads .exr .hdr .png .jpg; 8-bit values are sRGB-decoded. Weights multiply: alpha of the file, `mask`, 0 for clipped 8-bit and
+// for non-finite pixels. Error(Input) if nothing is left, or the mask has another size.
+Target loadTarget(const std::filesystem::path& file, const TargetOptions& options = {});
+
+// Error(Input) with both sizes and the remedy if the target cannot be compared with a width x height image.
+void requireSize(const Target& target, int width, int height);
+
+} // namespace cmpg
