@@ -12,13 +12,13 @@ vec3 finiteDerivative(vec3 g) {
 }
 
 // `value`: derivative of each channel with respect to the same channel of a colour read through `a`.
-vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach) {
+vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale) {
     value = finiteDerivative(value);
     if (kReverse) {
         const vec3 g = reach * value;
         for (uint k = 0; k < 4; ++k)
             if (a.texels.weight[k] != 0.0)
-                for (uint c = 0; c < 3; ++c) addGradient(a.gradient + 3 * a.texels.index[k] + c, a.texels.weight[k] * g[c]);
+                for (uint c = 0; c < 3; ++c) addGradient(a.gradient + 3 * a.texels.index[k] + c, a.texels.weight[k] * g[c], scale);
         return vec3(0);
     }
     vec3 along = vec3(0);
@@ -36,7 +36,7 @@ vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 rea
     for (uint k = 0; k < 4; ++k) {
         if (a.texels.weight[k] == 0.0) continue;
         const uint entry = a.gradient + stride * a.texels.index[k] + component;
-        if (kReverse) addGradient(entry, a.texels.weight[k] * g);
+        if (kReverse) addGradient(entry, a.texels.weight[k] * g, batch.surfaceScale);
         else along += a.texels.weight[k] * directionAt(entry);
     }
     return value * along;
@@ -52,7 +52,8 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
     vec3 sum = vec3(0);
     const uint asked = materialTexel(material * kMaterialTexels + 1).w >> kDifferentiatedShift;
     if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0)
-        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible), reach);
+        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible), reach,
+                         batch.surfaceScale);
     if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0)
         sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible), 1, 0, reach);
     if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
@@ -81,5 +82,5 @@ vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach) {
         a = slotAddress(material, kSlotEmission, uv0, uv1);
     }
     if (a.gradient == kNone) return vec3(0);
-    return colorTerm(a, factor, reach);
+    return colorTerm(a, factor, reach, batch.emissionScale);
 }
