@@ -5,8 +5,6 @@
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
 layout(local_size_x = 1) in;
-layout(constant_id = 0) const uint kTraceItems = 64; // rays a workgroup of the tracing kernels takes
-layout(constant_id = 1) const uint kShadowItems = 64;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 
@@ -19,6 +17,8 @@ uvec3 groupsFor(uint items, uint perGroup) {
 
 void main() {
     if (push.count == 0) return;
-    counts[push.bounce].rayGroups = groupsFor(counts[push.bounce].rays, kTraceItems);
-    counts[push.bounce].shadowGroups = groupsFor(counts[push.bounce].shadowRays, kShadowItems);
+    const uint rays = counts[push.bounce].rays;
+    counts[push.bounce].rayGroups = groupsFor(rays, kTraceChunk);
+    counts[push.bounce].shadowGroups = groupsFor(counts[push.bounce].shadowRays, kTraceChunk);
+    counts[push.bounce].vertexGroups = groupsFor(rays, kVertexGroup);
 }

@@ -5,6 +5,8 @@
 CMPG_SHARED_BEGIN
 
 CMPG_CONST kNone = 0xffffffffu;
+CMPG_CONST kTraceChunk = 256; // rays a workgroup of trace_closest or trace_shadow takes
+CMPG_CONST kVertexGroup = 64; // invocations of a workgroup of the other kernels
 
 // A ray to be continued. Its place in the queue is the slot of the vertex it will create in this bounce's pool.
 struct Ray {
@@ -29,15 +31,13 @@ struct ShadowRay {
     uint slot; // vertex it belongs to
 };
 
-// Queue lengths of one bounce and the workgroup counts that follow from them.
+// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, folded into y above 65 535.
 struct QueueCounts {
     uint rays;
     uint shadowRays;
-    uint reserved0, reserved1;
-    uvec3 rayGroups;
-    uint reserved2;
+    uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
-    uint reserved3;
+    uvec3 vertexGroups; // kernels that take one vertex an invocation: kVertexGroup a workgroup
 };
 
 // One vertex of the tape: the local factors of the estimator, nothing multiplied by the prefix or divided by it.

@@ -88,9 +88,8 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
     const auto constants = features.constants(pass);
     const std::array<std::uint32_t, 2> trace{pass.threads, 1};
-    const std::array<std::uint32_t, 2> groups{64, 64};
     generate_ = Kernel(device, "generate_rays", constants);
-    prepare_ = Kernel(device, "prepare_dispatch", groups);
+    prepare_ = Kernel(device, "prepare_dispatch");
     trace_ = Kernel(device, "trace_closest", trace);
     shade_ = Kernel(device, "shade_vertex", constants);
     shadow_ = Kernel(device, "trace_shadow", trace);
@@ -103,6 +102,7 @@ std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &pre
 void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
     const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
     const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
+    const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
     const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
 
     Bindings common;
@@ -131,7 +131,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
         commands.barrier();
         commands.dispatchIndirect(trace_, atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
-        commands.dispatchIndirect(shade_, atBounce[b], pools.counts, rayGroups(b), push);
+        commands.dispatchIndirect(shade_, atBounce[b], pools.counts, vertexGroups(b), push);
         commands.barrier();
         if (b + 1 == depth)
             break; // nothing was scattered
@@ -149,7 +149,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
             Bindings bindings = atBounce[b];
             if (pass_.mode == kModeReverse)
                 bindings.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            commands.dispatchIndirect(scan_, bindings, pools.counts, rayGroups(b),
+            commands.dispatchIndirect(scan_, bindings, pools.counts, vertexGroups(b),
                                       gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
         }
         commands.barrier();
