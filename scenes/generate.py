@@ -9,7 +9,7 @@ import pathlib
 import sys
 
 import images
-from gltf import REPEAT, Gltf, Mesh, rotation
+from gltf import REPEAT, Gltf, Mesh, cross, normalise, rotation, sub
 
 
 def box():
@@ -52,7 +52,7 @@ def door():
     g.material("frame", (0.16, 0.10, 0.06))
     g.material("plinth", (0.60, 0.60, 0.62))
     g.material("ball", (0.25, 0.38, 0.52))
-    g.material("lamp", (0.5, 0.5, 0.5), emission=(600, 510, 400))
+    g.material("lamp", (0.5, 0.5, 0.5), emission=(4200, 3500, 2700))
     near, far, height, hinge, top = 2.0, -2.0, 2.6, 0.0, 2.05
     opening = hinge - 0.9
     g.mesh("floor", Mesh().quad((-2, 0, near), (2, 0, near), (2, 0, far), (-2, 0, far)), "floor")
@@ -80,25 +80,35 @@ def door():
     g.mesh("plinth", Mesh().box((-1.55, 0, -1.35), (-1.05, 0.55, -0.85), without="y-"), "plinth")
     g.mesh("ball", Mesh().sphere((-1.3, 0.80, -1.1), 0.25, 32, 16), "ball")
     g.mesh("lamp", Mesh().quad((2.13, 1.9, 1.7), (2.13, 1.9, 1.5), (2.13, 2.1, 1.5), (2.13, 2.1, 1.7)), "lamp")
-    g.camera("room", (-0.6, 1.5, 1.9), (0.12, 1.40, -2), 52)
+    g.camera("room", (-0.9, 1.45, 1.9), (0.32, 1.25, -2), 58)
     return g
 
 
+def facing(centre, target, half):
+    """A square of edge 2 half whose front looks at target."""
+    z = normalise(sub(target, centre))
+    x = normalise(cross((0, 1, 0), z))
+    y = cross(z, x)
+    return Mesh().quad(*(tuple(c + half * (i * a + j * b) for c, a, b in zip(centre, x, y)) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))))
+
+
 def bowl():
-    """A metal bowl on its side under a small lamp; its caustic falls on an inlaid table."""
+    """A shallow metal bowl on its side under a small lamp; it focuses a caustic on an inlaid table."""
     g = Gltf(max_depth=8)
     g.material("table", texture=g.texture("table.png", images.Picture(64, 64, images.inlay).png(), nearest=True))
-    g.material("bowl", (0.95, 0.66, 0.42), metallic=1, roughness=0.28)
-    g.material("wall", (0.35, 0.37, 0.40))
-    g.material("lamp", (0.2, 0.2, 0.2), emission=(260, 235, 200))
-    g.material("panel", (0.2, 0.2, 0.2), emission=(0.30, 0.36, 0.45))
+    g.material("bowl", (0.95, 0.66, 0.42), metallic=1, roughness=0.2)
+    g.material("wall", (0.42, 0.45, 0.48))
+    g.material("floor", (0.25, 0.22, 0.20))
+    g.material("lamp", (0.2, 0.2, 0.2), emission=(1500, 1350, 1140))
+    g.material("panel", (0.2, 0.2, 0.2), emission=(0.6, 0.7, 0.85))
     g.mesh("table", Mesh().quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), "table")
-    g.mesh("wall", Mesh().quad((-4, -1, -2.2), (4, -1, -2.2), (4, 4, -2.2), (-4, 4, -2.2)), "wall")
+    g.mesh("floor", Mesh().quad((-4, -0.8, 4), (4, -0.8, 4), (4, -0.8, -2.2), (-4, -0.8, -2.2)), "floor")
+    g.mesh("wall", Mesh().quad((-4, -0.8, -2.2), (4, -0.8, -2.2), (4, 4, -2.2), (-4, 4, -2.2)), "wall")
 
     def shell(u, v):
         # Profile of a bowl around +y: inner wall from the bottom to the rim, round lip, outer wall back to the bottom.
         phi = 2 * math.pi * (u % 1)
-        inner, thick, open_angle = 0.42, 0.025, math.radians(98)
+        inner, thick, open_angle = 0.90, 0.02, math.radians(31)
         if v < 0.46:
             theta, radius = open_angle * v / 0.46, inner
         elif v < 0.54:
@@ -112,24 +122,25 @@ def bowl():
         r = radius * math.sin(theta)
         return (r * math.cos(phi), -radius * math.cos(theta), r * math.sin(phi) if theta else 0)
 
-    tilt = Mesh().surface(shell, 64, 50).transform(rotation("x", 68)).transform(rotation("y", -20), (-0.12, 0.445, -0.35))
-    g.mesh("bowl", tilt, "bowl")
-    g.mesh("lamp", Mesh().quad((-0.06, -0.06, 0), (0.06, -0.06, 0), (0.06, 0.06, 0), (-0.06, 0.06, 0))
-           .transform(rotation("x", 40)).transform(rotation("y", 160), (0.45, 1.9, 1.6)), "lamp")
+    # On its side, turned so that the lamp's light is thrown down in front of it.
+    side = Mesh().surface(shell, 64, 50).transform(rotation("x", 89)).transform(rotation("y", -4))
+    side.shift((-0.12, -min(p[1] for p in side.positions), 0.15))
+    g.mesh("bowl", side, "bowl")
+    g.mesh("lamp", facing((-0.95, 1.5, 1.05), (-0.1, 0.4, -0.75), 0.05), "lamp")
     g.mesh("panel", Mesh().quad((-2, 3.5, -2), (2, 3.5, -2), (2, 3.5, 2), (-2, 3.5, 2)), "panel")
-    g.camera("front", (0.55, 1.55, 2.35), (0.0, 0.16, 0.0), 40)
+    g.camera("front", (0.75, 1.5, 2.1), (-0.02, 0.22, -0.1), 40)
     return g
 
 
 def sky(u, v):
-    """Radiance of a clear evening sky above a dim ground, [0,1] x [0,1] latitude-longitude; the sun is set apart."""
+    """Radiance of a clear evening sky above a dim ground, over longitude and latitude; the sun is set apart."""
     elevation = math.pi * (0.5 - v)
     azimuth = math.cos(2 * math.pi * (u - SUN_COLUMN / 128))
     if elevation < 0:
-        return (0.05, 0.045, 0.04)
+        return (0.17, 0.15, 0.12)
     up = math.sin(elevation) ** 0.6
-    glow = 0.35 * math.exp(-6 * elevation) * (0.6 + 0.4 * azimuth)
-    return (0.13 - 0.07 * up + glow, 0.17 - 0.06 * up + 0.6 * glow, 0.26 + 0.02 * up + 0.25 * glow)
+    glow = 0.2 * math.exp(-6 * elevation) * (0.6 + 0.4 * azimuth)
+    return (0.08 - 0.045 * up + glow, 0.10 - 0.035 * up + 0.6 * glow, 0.16 + 0.01 * up + 0.25 * glow)
 
 
 SUN_COLUMN, SUN_ROW = 44, 19
@@ -140,13 +151,15 @@ def environment():
     g = Gltf(max_depth=8)
     map_ = images.Picture(128, 64, sky)
     for column in (SUN_COLUMN, SUN_COLUMN + 1):
-        map_.rows[SUN_ROW][column] = (1300.0, 1150.0, 900.0)
+        map_.rows[SUN_ROW][column] = (1000.0, 880.0, 700.0)
     g.environment("sky.exr", map_.exr())
     g.material("painting", texture=g.texture("painting.png", images.Picture(64, 64, images.mosaic).png()))
     g.material("ring", (0.80, 0.72, 0.60))
     g.material("ball", (0.60, 0.12, 0.08), roughness=0.35, specular=1)
     g.material("steel", (0.70, 0.72, 0.75), metallic=1, roughness=0.4)
+    g.material("sand", (0.45, 0.40, 0.32))
     g.mesh("ground", Mesh().quad((-1.6, 0, 1.6), (1.6, 0, 1.6), (1.6, 0, -1.6), (-1.6, 0, -1.6)), "painting")
+    g.mesh("sand", Mesh().quad((-30, -0.02, 30), (30, -0.02, 30), (30, -0.02, -30), (-30, -0.02, -30)), "sand")
 
     def ring(u, v):
         a, b = 2 * math.pi * (u % 1), 2 * math.pi * (v % 1)
@@ -156,7 +169,7 @@ def environment():
     g.mesh("ring", Mesh().surface(ring, 64, 24).transform(rotation("y", 25), (-0.15, 0.72, -0.45)), "ring")
     g.mesh("ball", Mesh().sphere((0.62, 0.30, 0.25), 0.30), "ball")
     g.mesh("steel ball", Mesh().sphere((-0.75, 0.22, 0.50), 0.22), "steel")
-    g.camera("front", (0.5, 1.7, 3.4), (0, 0.38, 0), 38)
+    g.camera("front", (0.5, 1.45, 3.7), (0, 0.52, 0), 38)
     return g
 
 

@@ -95,6 +95,9 @@ class Mesh:
         self.normals = [normalise(turn(n)) for n in self.normals]
         return self
 
+    def shift(self, offset):
+        return self.transform(((1, 0, 0), (0, 1, 0), (0, 0, 1)), offset)
+
     def merge(self, other):
         base = len(self.positions)
         self.positions += other.positions
