@@ -21,8 +21,8 @@ enum class ExitCode : int {
 class Error : public std::runtime_error {
   public:
     // `what`: one sentence naming the file, parameter or device. `cause` and `remedy` may be empty.
-    Error(ExitCode code, const std::string& what, std::string cause = {}, std::string remedy = {})
-        : std::runtime_error(what), code(code), cause(std::move(cause)), remedy(std::move(remedy)) {}
+    Error(ExitCode exitCode, const std::string& what, std::string likelyCause = {}, std::string howToFix = {})
+        : std::runtime_error(what), code(exitCode), cause(std::move(likelyCause)), remedy(std::move(howToFix)) {}
 
     ExitCode code;
     std::string cause;
