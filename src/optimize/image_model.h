@@ -10,6 +10,7 @@ class ImageModel {
     virtual ~ImageModel() = default;
 
     virtual std::size_t views() const = 0;
+    virtual std::pair<int, int> size(std::size_t view) const = 0; // width, height in pixels
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order. `perPixel` and
     // `weights` as in Renderer::reverse: empty for `spp` everywhere.
@@ -24,6 +25,7 @@ class RendererModel final : public ImageModel {
     RendererModel(Renderer& renderer, std::vector<View> cameras) : renderer_(renderer), views_(std::move(cameras)) {}
 
     std::size_t views() const override { return views_.size(); }
+    std::pair<int, int> size(std::size_t view) const override { return {views_.at(view).width, views_.at(view).height}; }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return renderer_.render(views_.at(view), spp, key); }
     void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
                  std::span<const float> weights, std::vector<std::vector<double>>& gradients) override {

@@ -28,7 +28,7 @@ struct StepReport {
     std::uint32_t step = 0;     // from 0
     double loss = 0;            // mean over the views, before the update
     double regularizer = 0;     // weighted; not part of `loss`
-    double rateFactor = 1;      // the schedule's
+    double rate = 0;            // of the first parameter, schedule included
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
     std::vector<double> gradientNorm; // Euclidean, per parameter, finite entries only
     std::uint64_t samples = 0;        // camera paths of both passes

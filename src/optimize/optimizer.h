@@ -31,6 +31,9 @@ struct OptimizerConfig {
 constexpr SlotRates kAdamRates = {0.02f, 0.02f, 0.02f, 0.02f, 0.02f, 0.01f, 0.02f};
 constexpr SlotRates kSgdRates = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.25f, 0.5f};
 
+// Step of a parameter of this kind: the configured one or the default.
+float slotRate(const OptimizerConfig& config, SlotKind kind);
+
 // Factor of the rate at `step` of `steps` (from 0): 1 at the first, finalFactor at the last.
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor);
 

@@ -23,7 +23,7 @@ class RunFolder {
     void writeTargets(const Optimization& run);
     // Initial images: before the first step.
     void writeInitial(Optimization& run, std::uint32_t spp);
-    void appendStep(const OptimizeConfig& config, const StepReport& report);
+    void appendStep(const StepReport& report);
     // Final images, differences, gradients and scene; equally at the end and after an interruption.
     void writeFinal(Optimization& run, std::uint32_t spp);
 
@@ -46,6 +46,6 @@ class RunFolder {
 // A texture-shaped EXR image of one value per entry of a parameter.
 Image parameterImage(const Parameter& parameter, std::span<const double> values);
 // The parameter's name made safe as a file name: characters no file system refuses.
-std::string fileName(const std::string& parameterName);
+std::string parameterFileName(const std::string& parameterName);
 
 } // namespace cmpg

@@ -1,0 +1,125 @@
+// Losses between an image and its target, with the adjoint.
+#include "optimize/losses.h"
+
+#include "base/error.h"
+#include "optimize/ordered_sum.h"
+
+#include <array>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+constexpr std::array kLosses = {Loss::Mse, Loss::L1, Loss::Smape, Loss::RelativeMse};
+constexpr std::size_t kChunk = 1 << 14; // pixels
+
+double sign(double x) { return double(x > 0) - double(x < 0); }
+
+struct Totals {
+    double value = 0;
+    std::uint64_t nonFinite = 0;
+    Totals& operator+=(const Totals& other) {
+        value += other.value;
+        nonFinite += other.nonFinite;
+        return *this;
+    }
+};
+
+std::string sizeText(const Image& image) {
+    return std::to_string(image.width) + " x " + std::to_string(image.height) + " x " + std::to_string(image.channels);
+}
+
+} // namespace
+
+const char* lossName(Loss loss) {
+    switch (loss) {
+    case Loss::Mse:
+        return "mse";
+    case Loss::L1:
+        return "l1";
+    case Loss::Smape:
+        return "smape";
+    case Loss::RelativeMse:
+        return "relative-mse";
+    }
+    return "";
+}
+
+Loss parseLoss(const std::string& name) {
+    std::string names;
+    for (const Loss loss : kLosses) {
+        if (name == lossName(loss))
+            return loss;
+        names += (names.empty() ? "" : ", ") + std::string(lossName(loss));
+    }
+    throw Error(ExitCode::Usage, "no loss is called '" + name + "'", {}, "choose one of " + names);
+}
+
+LossTerm lossTerm(Loss loss, double x, double y) {
+    const double d = x - y;
+    switch (loss) {
+    case Loss::Mse:
+        return {d * d, 2 * d};
+    case Loss::L1:
+        return {std::abs(d), sign(d)};
+    case Loss::Smape: {
+        const double s = std::abs(x) + std::abs(y) + kLossEpsilon;
+        return {std::abs(d) / s, (sign(d) - std::abs(d) / s * sign(x)) / s};
+    }
+    case Loss::RelativeMse: {
+        const double s = y * y + kLossEpsilon;
+        return {d * d / s, 2 * d / s};
+    }
+    }
+    return {0, 0};
+}
+
+LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask) {
+    if (image.width != target.width || image.height != target.height || image.channels != target.channels)
+        throw Error(ExitCode::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
+    if (!mask.empty() && mask.size() != image.pixels())
+        throw Error(ExitCode::Input, "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
+
+    const auto weight = [&](std::size_t p) { return mask.empty() ? 1.0 : double(mask[p]); };
+    const double total = orderedSum<double>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t p = begin; p < end; ++p)
+            sum += weight(p);
+        return sum;
+    });
+    if (!(total > 0))
+        throw Error(ExitCode::Input, "no pixel of the target counts", "mask, alpha and clipping leave nothing to compare");
+
+    const std::size_t channels = std::size_t(image.channels);
+    const double norm = 1 / (total * double(channels));
+    LossResult result{0, Image(image.width, image.height, image.channels), 0};
+    const Totals totals = orderedSum<Totals>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
+        Totals sum;
+        for (std::size_t p = begin; p < end; ++p) {
+            const float* x = image.values.data() + p * channels;
+            const float* y = target.values.data() + p * channels;
+            const double w = weight(p);
+            // The target is not looked at where it does not count: it may hold anything there.
+            if (w == 0)
+                continue;
+            bool finite = true;
+            for (std::size_t c = 0; c < channels; ++c)
+                finite = finite && std::isfinite(x[c]);
+            if (!finite) {
+                ++sum.nonFinite;
+                continue;
+            }
+            for (std::size_t c = 0; c < channels; ++c) {
+                const LossTerm term = lossTerm(loss, x[c], y[c]);
+                sum.value += w * term.value;
+                result.adjoint.values[p * channels + c] = float(w * term.derivative * norm);
+            }
+        }
+        return sum;
+    });
+    result.value = totals.value * norm;
+    result.nonFinite = totals.nonFinite;
+    return result;
+}
+
+} // namespace cmpg

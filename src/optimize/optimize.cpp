@@ -1,0 +1,157 @@
+// An optimisation: parameters of a scene move until its images match their targets.
+#include "optimize/optimize.h"
+
+#include "base/error.h"
+#include "optimize/ordered_sum.h"
+#include "optimize/regularizer.h"
+
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+namespace cmpg {
+namespace {
+
+constexpr std::uint32_t kPrimalPass = 0, kGradientPass = 1;
+constexpr std::uint32_t kReportStep = ~0u; // random numbers of images made for the report: of no step
+
+// Adds the wall time of a scope to a sum of seconds.
+class Stopwatch {
+  public:
+    explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
+    ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+  private:
+    double& seconds_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+struct SquareSum {
+    double squares = 0;
+    std::uint64_t finite = 0;
+    SquareSum& operator+=(const SquareSum& other) {
+        squares += other.squares;
+        finite += other.finite;
+        return *this;
+    }
+};
+
+SquareSum squareSum(std::span<const double> gradient) {
+    return orderedSum<SquareSum>(gradient.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+        SquareSum sum;
+        for (std::size_t i = begin; i < end; ++i)
+            if (std::isfinite(gradient[i])) {
+                sum.squares += gradient[i] * gradient[i];
+                ++sum.finite;
+            }
+        return sum;
+    });
+}
+
+} // namespace
+
+Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters)
+    : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)) {
+    if (config_.targets.size() != model_.views())
+        throw Error(ExitCode::Usage,
+                    std::to_string(model_.views()) + " views but " + std::to_string(config_.targets.size()) + " targets", {}, "give one target per view");
+    for (std::size_t view = 0; view < model_.views(); ++view)
+        requireSize(config_.targets[view], model_.size(view).first, model_.size(view).second);
+    if (parameters_.empty())
+        throw Error(ExitCode::Usage, "there is nothing to optimise", {}, "name a parameter with --param");
+    for (const std::uint32_t index : parameters_) {
+        Parameter& parameter = scene_.parameters.at(index);
+        parameter.materialise();
+        state_.moments.push_back(initialMoments(config_.optimizer, parameter));
+    }
+}
+
+StepReport Optimization::step() {
+    StepReport report;
+    report.step = state_.step;
+    gradients_.resize(parameters_.size());
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
+    for (std::size_t view = 0; view < model_.views(); ++view)
+        addView(view, report);
+    applyUpdate(report);
+    ++state_.step;
+    return report;
+}
+
+void Optimization::addView(std::size_t view, StepReport& report) {
+    // Views draw numbers of their own: the same numbers in all would add their errors up.
+    const auto views = std::uint32_t(model_.views());
+    const auto step = std::uint32_t(state_.step * views + view);
+    const Target& target = config_.targets[view];
+
+    Image image;
+    {
+        const Stopwatch watch(report.secondsPrimal);
+        image = model_.render(view, config_.spp, {config_.seed, step, kPrimalPass});
+    }
+    LossResult loss;
+    {
+        const Stopwatch watch(report.secondsUpdate);
+        loss = evaluateLoss(config_.loss, image, target.image, target.mask);
+        if (views > 1)
+            for (float& value : loss.adjoint.values)
+                value /= float(views);
+    }
+    report.loss += loss.value / views;
+    report.dropped += loss.nonFinite;
+    report.samples += std::uint64_t(config_.spp) * image.pixels();
+
+    const Stopwatch watch(report.secondsGradient);
+    const PassKey key{config_.seed, step, kGradientPass};
+    PixelSamples samples;
+    if (config_.pixelSampling == PixelSampling::Adjoint)
+        samples = sampleCounts(loss.adjoint, config_.sppGradient, key);
+    model_.reverse(view, config_.sppGradient, key, loss.adjoint, samples.counts, samples.weights, gradients_);
+    report.samples += samples.counts.empty() ? std::uint64_t(config_.sppGradient) * image.pixels()
+                                             : std::accumulate(samples.counts.begin(), samples.counts.end(), std::uint64_t(0));
+}
+
+void Optimization::applyUpdate(StepReport& report) {
+    const Stopwatch watch(report.secondsUpdate);
+    const OptimizerConfig& optimizer = config_.optimizer;
+    const double factor = scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
+    report.rate = slotRate(optimizer, scene_.parameters[parameters_[0]].kind) * factor * state_.moments[0].unit;
+
+    std::uint64_t finite = 0;
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        if (config_.totalVariation != 0)
+            report.regularizer += addTotalVariation(scene_.parameters[parameters_[i]], config_.totalVariation, gradients_[i]);
+        const SquareSum sum = squareSum(gradients_[i]);
+        report.gradientNorm.push_back(std::sqrt(sum.squares));
+        finite += sum.finite;
+    }
+    if (finite == 0)
+        throw Error(ExitCode::Numerical, "no gradient of step " + std::to_string(state_.step) + " is finite",
+                    "values of the scene or the target are too large, or a learning rate threw the parameters off", "lower --learning-rate or look at the target");
+
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        Parameter& parameter = scene_.parameters[parameters_[i]];
+        report.dropped += updateParameter(optimizer, state_.step, factor, gradients_[i], state_.moments[i], parameter);
+        model_.setParameter(parameters_[i], parameter.values);
+    }
+}
+
+bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) {
+    while (state_.step < config_.steps) {
+        const StepReport report = step();
+        if (afterStep)
+            afterStep(report);
+        if (config_.stop && config_.stop->load())
+            return false;
+    }
+    return true;
+}
+
+Image Optimization::render(std::size_t view, std::uint32_t spp) {
+    return model_.render(view, spp, {config_.seed, kReportStep - std::uint32_t(view), kPrimalPass});
+}
+
+} // namespace cmpg

@@ -1,0 +1,133 @@
+// First-order optimisers over the entries of parameters.
+#include "optimize/optimizer.h"
+
+#include "optimize/ordered_sum.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace cmpg {
+namespace {
+
+constexpr std::size_t kChunk = 1 << 15; // texels
+
+// First moments below this are set to 0: denormal floats are a hundred times slower, and entries that stop receiving gradients decay
+// through them.
+constexpr float kTiny = 1e-30f;
+
+struct AdamStep {
+    float beta1, beta2, epsilon, rate, correction; // rate: with the first moment's bias correction; correction: of sqrt(second)
+
+    float operator()(float g, std::size_t i, Moments& moments) const {
+        float& m = moments.first[i];
+        float& v = moments.second[i];
+        m = beta1 * m + (1 - beta1) * g;
+        v = beta2 * v + (1 - beta2) * g * g;
+        if (std::abs(m) < kTiny)
+            m = 0;
+        return rate * m / (std::sqrt(v) * correction + epsilon);
+    }
+};
+
+struct SgdStep {
+    float momentum, rate;
+
+    float operator()(float g, std::size_t i, Moments& moments) const {
+        float& m = moments.first[i];
+        m = momentum * m + g;
+        if (std::abs(m) < kTiny)
+            m = 0;
+        return rate * m;
+    }
+};
+
+void normalise(float* n) {
+    const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (length > 1e-6f) {
+        for (int c = 0; c < 3; ++c)
+            n[c] /= length;
+    } else { // no direction left: the unperturbed normal
+        n[0] = n[1] = 0;
+        n[2] = 1;
+    }
+}
+
+template <class Step>
+std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments& moments, Parameter& parameter) {
+    const float lowest = parameter.lowest(), highest = parameter.highest();
+    const std::size_t channels = parameter.channels;
+    const bool unit = parameter.kind == SlotKind::Normal && channels == 3;
+    float* values = parameter.values.data();
+    return orderedSum<std::uint64_t>(parameter.entries() / channels, kChunk, [&](std::size_t begin, std::size_t end) {
+        std::uint64_t skipped = 0;
+        for (std::size_t i = begin * channels; i < end * channels; ++i) {
+            const float g = float(gradient[i]);
+            // Also refuses gradients whose square overflows: they would freeze the entry for good.
+            if (!std::isfinite(g * g)) {
+                ++skipped;
+                continue;
+            }
+            values[i] = std::clamp(values[i] - step(g, i, moments), lowest, highest);
+        }
+        if (unit)
+            for (std::size_t texel = begin; texel < end; ++texel)
+                normalise(values + 3 * texel);
+        return skipped;
+    });
+}
+
+} // namespace
+
+float slotRate(const OptimizerConfig& config, SlotKind kind) {
+    const float rate = config.rates[std::size_t(kind)];
+    if (rate >= 0)
+        return rate;
+    return (config.kind == OptimizerKind::Adam ? kAdamRates : kSgdRates)[std::size_t(kind)];
+}
+
+double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor) {
+    const double last = steps > 1 ? steps - 1 : 1;
+    const double t = std::min(step / last, 1.0);
+    switch (schedule) {
+    case Schedule::Constant:
+        return 1;
+    case Schedule::Cosine:
+        return finalFactor + (1.0 - finalFactor) * 0.5 * (1 + std::cos(std::numbers::pi * t));
+    case Schedule::Exponential:
+        return std::pow(double(finalFactor), t);
+    }
+    return 1;
+}
+
+Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter) {
+    Moments moments;
+    moments.first.assign(parameter.entries(), 0.f);
+    if (config.kind == OptimizerKind::Adam)
+        moments.second.assign(parameter.entries(), 0.f);
+    if (std::isinf(parameter.highest())) {
+        const double sum = orderedSum<double>(parameter.entries(), kChunk, [&](std::size_t begin, std::size_t end) {
+            double part = 0;
+            for (std::size_t i = begin; i < end; ++i)
+                part += parameter.values[i];
+            return part;
+        });
+        const double mean = sum / double(parameter.entries());
+        if (mean > 0 && std::isfinite(mean))
+            moments.unit = float(mean);
+    }
+    return moments;
+}
+
+std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient, Moments& moments,
+                              Parameter& parameter) {
+    const double rate = slotRate(config, parameter.kind) * factor * moments.unit;
+    if (config.kind == OptimizerKind::Sgd) {
+        const double texels = double(parameter.width) * parameter.height;
+        return apply(SgdStep{config.momentum, float(rate * texels)}, gradient, moments, parameter);
+    }
+    const double t = step + 1.0;
+    const double first = 1 - std::pow(double(config.beta1), t), second = 1 - std::pow(double(config.beta2), t);
+    return apply(AdamStep{config.beta1, config.beta2, config.epsilon, float(rate / first), float(1 / std::sqrt(second))}, gradient, moments, parameter);
+}
+
+} // namespace cmpg
