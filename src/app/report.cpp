@@ -72,7 +72,8 @@ std::ostream& textOut(const Options& options) { return options.json ? std::cerr 
 void printConfiguration(const Options& options) {
     if (options.quiet) return;
     std::ostream& out = textOut(options);
-    for (const auto& [key, value] : toConfig(options).items()) {
+    const nlohmann::ordered_json config = toConfig(options);
+    for (const auto& [key, value] : config.items()) {
         std::string line = "  " + key;
         line.resize(std::max<std::size_t>(line.size() + 2, 20), ' ');
         out << line << shown(value) << '\n';

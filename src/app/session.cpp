@@ -67,7 +67,7 @@ void Session::prepare(const View& view) {
 void Session::finish(const std::filesystem::path& folder, const Image* result) {
     report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);
-    writeRunJson(options_, folder, report_);
+    if (!folder.empty()) writeRunJson(options_, folder, report_);
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped) {
         if (count == 0) continue;

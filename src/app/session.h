@@ -23,7 +23,7 @@ class Session {
     Renderer& renderer() { return *renderer_; }
     // Builds the renderer for the scene as it is now. The report takes up the view's size.
     void prepare(const View& view);
-    // Device times, memory and statistics go to the report, run.json into `folder`; the warnings to stderr. Error(Numerical) if a
+    // Device times, memory and statistics go to the report, run.json into `folder` unless it is empty; the warnings to stderr. Error(Numerical) if a
     // substantial part of the contributions was lost, or `result` holds values that are not finite.
     void finish(const std::filesystem::path& folder, const Image* result = nullptr);
 
