@@ -2,10 +2,11 @@
 #include "app/commands.h"
 #include "app/output.h"
 #include "app/signed_colors.h"
+#include "base/log.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
+#include <ostream>
 
 namespace cmpg {
 namespace {
@@ -41,7 +42,7 @@ ExitCode runView(const Options& options, Report& report) {
     report.height = image.height;
     const auto bad = std::count_if(image.values.begin(), image.values.end(), [](float v) { return !std::isfinite(v); });
     if (bad > 0) {
-        std::cerr << "warning: " << bad << " values are not finite\n";
+        logWarn(std::to_string(bad) + " values are not finite");
         report.dropped["view.nonfinite"] = std::uint64_t(bad);
     }
     if (options.isSigned) {

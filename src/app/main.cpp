@@ -1,6 +1,7 @@
 // The program: parses, runs one command, turns errors into a message on stderr and an exit code.
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "base/log.h"
 
 #include <iostream>
 #include <new>
@@ -25,6 +26,7 @@ ExitCode dispatch(const Options& options, Report& report) {
 
 ExitCode run(int argc, char** argv) {
     const Options options = parseOptions(argc, argv);
+    setQuiet(options.quiet);
     Report report(options);
     const bool renders = options.command == Command::Render || options.command == Command::Gradient || options.command == Command::Optimize;
     if (renders) printConfiguration(options);

@@ -3,17 +3,17 @@
 
 #include "app/parameter_values.h"
 #include "base/error.h"
+#include "base/log.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 
 namespace cmpg {
 
 Scene openScene(const Options& options) {
     Scene scene = loadGltf(options.input);
-    for (const std::string& warning : scene.warnings) std::cerr << "warning: " << warning << '\n';
-    if (scene.skippedTriangles > 0) std::cerr << "warning: " << scene.skippedTriangles << " degenerate triangles skipped\n";
+    for (const std::string& warning : scene.warnings) logWarn(warning);
+    if (scene.skippedTriangles > 0) logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
     for (const std::string& assignment : options.set) applySet(scene, assignment);
     return scene;
 }
@@ -71,7 +71,7 @@ void Session::finish(const std::filesystem::path& folder, const Image* result) {
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped) {
         if (count == 0) continue;
-        std::cerr << "warning: " << count << " contributions dropped: " << kind << '\n';
+        logWarn(std::to_string(count) + " contributions dropped: " + kind);
         lost += count;
     }
     constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything

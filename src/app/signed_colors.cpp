@@ -19,8 +19,8 @@ Color fromOklab(double lightness, double a, double b) {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kBlue = 255 * kPi / 180, kOrange = 55 * kPi / 180; // hue angles
-constexpr double kLightest = 0.97, kDarkest = 0.45;
-constexpr double kChroma = 0.112; // both hues reach it inside sRGB at every lightness used
+constexpr double kLightest = 0.97, kDarkest = 0.46;
+constexpr double kChroma = 0.11; // both hues reach it inside sRGB at every lightness used
 
 double roundUpTwoDigits(double value) {
     const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
