@@ -1,0 +1,38 @@
+// A scene on a device as the options want it: what every rendering command starts from.
+#pragma once
+
+#include "app/report.h"
+#include "render/renderer.h"
+
+namespace cmpg {
+
+// Loads the scene, prints its warnings on stderr and applies --set.
+Scene openScene(const Options& options);
+
+// The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
+// camera's aspect ratio. Error(Input) when `like` has another size than asked for.
+View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
+
+class Session {
+  public:
+    // Scene first and device last: bad input is reported without waiting for a device. Adds its times to the report.
+    Session(const Options& options, Report& report);
+
+    Scene scene;
+    std::vector<std::uint32_t> parameters; // selected by --param
+    Renderer& renderer() { return *renderer_; }
+    // Builds the renderer for the scene as it is now. The report takes up the view's size.
+    void prepare(const View& view);
+    // Device times, memory and statistics go to the report, run.json into `folder` unless it is empty; the warnings to stderr. Error(Numerical) if a
+    // substantial part of the contributions was lost, or `result` holds values that are not finite.
+    void finish(const std::filesystem::path& folder, const Image* result = nullptr);
+
+  private:
+    const Options& options_;
+    Report& report_;
+    Stopwatch loading_;
+    std::optional<Device> device_;
+    std::unique_ptr<Renderer> renderer_;
+};
+
+} // namespace cmpg
