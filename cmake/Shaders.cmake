@@ -1,12 +1,13 @@
-# Compiles every shaders/*.comp to SPIR-V and embeds it in the library.
+# Compiles every *.comp of a folder to SPIR-V and generates the table that embeds it in a target.
 #
 # Each kernel is built twice. "full" reads hot data through texel buffers and uses 64-bit integer atomics;
 # "portable" reads through storage buffers and needs neither, for devices that lack them (see shaders/lib/read_buffers.glsl).
 find_program(GLSLANG glslangValidator REQUIRED)
 
-function(cmpg_embed_shaders target)
-  file(GLOB kernels CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/*.comp)
-  set(out ${PROJECT_BINARY_DIR}/spirv)
+# `source`, a file of the target, includes the generated spirv_table.inc: the vector kEmbeddedKernels of EmbeddedKernel.
+function(cmpg_embed_shaders target folder source)
+  file(GLOB kernels CONFIGURE_DEPENDS ${folder}/*.comp)
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/${target}_spirv)
   file(MAKE_DIRECTORY ${out})
   set(includes "")
   set(table "")
@@ -31,9 +32,9 @@ function(cmpg_embed_shaders target)
     string(APPEND table "    {\"${name}\", ${name}_full, ${name}_portable},\n")
   endforeach()
   file(CONFIGURE OUTPUT ${out}/spirv_table.inc CONTENT
-    "${includes}\nstatic const EmbeddedKernel kEmbeddedKernels[] = {\n${table}};\n" @ONLY)
-  add_custom_target(cmpg_spirv DEPENDS ${headers})
-  add_dependencies(${target} cmpg_spirv)
-  set_source_files_properties(${PROJECT_SOURCE_DIR}/src/vk/spirv.cpp PROPERTIES OBJECT_DEPENDS "${headers}")
+    "#include <vector>\n${includes}static const std::vector<cmpg::EmbeddedKernel> kEmbeddedKernels = {\n${table}};\n" @ONLY)
+  add_custom_target(${target}_spirv DEPENDS ${headers})
+  add_dependencies(${target} ${target}_spirv)
+  set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${headers}")
   target_include_directories(${target} PRIVATE ${out})
 endfunction()

@@ -160,6 +160,7 @@ class Commands {
     void clear();         // forget the recorded commands, to record again
 
   private:
+    friend void warmUp(Device& device, std::span<const Kernel* const> kernels);
     void dispatchBytes(const Kernel&, const Bindings&, std::uint64_t items, std::span<const std::byte> push);
     void dispatchIndirectBytes(const Kernel&, const Bindings&, const Buffer&, std::uint64_t offset, std::span<const std::byte> push);
     struct Impl;

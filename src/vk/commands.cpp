@@ -1,0 +1,271 @@
+// Recording, submission and timing of commands.
+#include "vk/device.h"
+
+#include "vk/impl.h"
+#include "vk/spirv.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace cmpg {
+
+namespace {
+
+constexpr std::uint32_t kMaxGroups = 65535;     // per dimension; what every device allows
+constexpr std::uint32_t kDispatchesPerPool = 256; // of queries; each dispatch takes two
+constexpr std::uint32_t kSetsPerPool = 256;
+
+using Stage = vk::PipelineStageFlagBits;
+using Access = vk::AccessFlagBits;
+
+// x and y of a dispatch of `groups` workgroups, as even as possible. shaders/lib/dispatch.glsl has the same for indirect counts.
+std::pair<std::uint32_t, std::uint32_t> fold(std::uint64_t groups) {
+    if (groups <= kMaxGroups)
+        return {std::uint32_t(groups), 1};
+    const std::uint64_t rows = (groups + kMaxGroups - 1) / kMaxGroups;
+    return {std::uint32_t((groups + rows - 1) / rows), std::uint32_t(rows)};
+}
+
+} // namespace
+
+struct Commands::Impl {
+    Device::Impl& device;
+    vk::raii::CommandPool pool;
+    vk::raii::CommandBuffers buffers;
+    enum class State { Empty, Recording, Recorded } state = State::Empty;
+    std::vector<vk::raii::DescriptorPool> setPools;
+    std::size_t usedSetPools = 0; // the last of these is being allocated from
+    std::vector<vk::raii::QueryPool> queryPools;
+    std::vector<std::string_view> dispatched; // kernel names, which live in the table of embedded kernels
+
+    explicit Impl(Device::Impl& owner)
+        : device(owner), pool(owner.device, vk::CommandPoolCreateInfo({}, owner.queueFamily)),
+          buffers(owner.device, {*pool, vk::CommandBufferLevel::ePrimary, 1}) {}
+
+    const vk::raii::CommandBuffer& recording();
+    void barrier();
+    vk::DescriptorSet allocateSet(vk::DescriptorSetLayout layout);
+    vk::DescriptorSet bind(const Kernel::Impl& kernel, const Bindings& bindings);
+    template <class Launch> void dispatch(const Kernel::Impl& kernel, const Bindings& bindings, std::span<const std::byte> push, Launch launch);
+    void collectTimes();
+};
+
+const vk::raii::CommandBuffer& Commands::Impl::recording() {
+    if (state == State::Recorded)
+        throw std::logic_error("commands were submitted and not cleared before recording more");
+    if (state == State::Empty) {
+        buffers[0].begin({});
+        state = State::Recording;
+        barrier(); // what earlier submissions wrote
+    }
+    return buffers[0];
+}
+
+void Commands::Impl::barrier() {
+    const vk::MemoryBarrier all(Access::eShaderWrite | Access::eTransferWrite, Access::eShaderRead | Access::eShaderWrite |
+                                                                                   Access::eTransferRead | Access::eTransferWrite |
+                                                                                   Access::eIndirectCommandRead);
+    buffers[0].pipelineBarrier(Stage::eComputeShader | Stage::eTransfer, Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect, {},
+                               all, nullptr, nullptr);
+}
+
+vk::DescriptorSet Commands::Impl::allocateSet(vk::DescriptorSetLayout layout) {
+    for (;;) {
+        if (usedSetPools > 0) {
+            try {
+                // Plain handles: all sets of a pool are freed at once by clear().
+                const vk::DescriptorSetAllocateInfo allocate(*setPools[usedSetPools - 1], layout);
+                return (*device.device).allocateDescriptorSets(allocate, *device.device.getDispatcher())[0];
+            } catch (const vk::OutOfPoolMemoryError&) {
+            } catch (const vk::FragmentedPoolError&) {
+            }
+        }
+        if (usedSetPools == setPools.size()) {
+            const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, kSetsPerPool * 16),
+                                   vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, kSetsPerPool * 8)};
+            setPools.push_back(device.device.createDescriptorPool({{}, kSetsPerPool, sizes}));
+        }
+        ++usedSetPools;
+    }
+}
+
+vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Bindings& bindings) {
+    const auto& declared = kernel.interface.bindings;
+    const vk::DescriptorSet set = allocateSet(*kernel.setLayout);
+    std::vector<vk::DescriptorBufferInfo> ranges(declared.size());
+    std::vector<vk::BufferView> views(declared.size());
+    std::vector<vk::WriteDescriptorSet> writes;
+    for (std::size_t i = 0; i < declared.size(); ++i) {
+        const auto [number, resource] = declared[i];
+        const bool texel = resource != KernelInterface::Resource::Storage;
+        const bool texelFloat = resource == KernelInterface::Resource::TexelFloat;
+        const Bindings::Range& range = bindings.at(number);
+        Buffer::Impl* const buffer = range.buffer ? range.buffer->impl() : nullptr;
+        if (!buffer) {
+            ranges[i] = vk::DescriptorBufferInfo(*device.dummy.buffer, 0, 16);
+            views[i] = texelFloat ? *device.dummyFloat : *device.dummyUint;
+        } else {
+            if (range.offset % 256 != 0 || range.offset >= buffer->bytes || range.bytes > buffer->bytes - range.offset)
+                throw std::logic_error("binding " + std::to_string(number) + " of '" + kernel.name + "': wrong range of '" + buffer->name + "'");
+            const std::uint64_t bytes = range.bytes ? range.bytes : buffer->bytes - range.offset;
+            if (texel) {
+                const bool isFloat = buffer->texel == Texel::Rgba32f || buffer->texel == Texel::R32f;
+                if (buffer->texel == Texel::None || isFloat != texelFloat)
+                    throw std::logic_error("kernel '" + kernel.name + "' reads '" + buffer->name + "' as texels of another format");
+                views[i] = buffer->view(range.offset, bytes);
+            } else if (bytes > device.info.maxStorageBufferRange) {
+                throw Error(ExitCode::Device,
+                            "'" + buffer->name + "' has " + std::to_string(bytes) + " bytes, but '" + device.info.name + "' binds at most " +
+                                std::to_string(device.info.maxStorageBufferRange) + " at once",
+                            "the scene or the passes are too large for this device", "lower --memory or the size of the scene");
+            } else {
+                ranges[i] = vk::DescriptorBufferInfo(*buffer->raw.buffer, range.offset, bytes);
+            }
+        }
+        vk::WriteDescriptorSet& write = writes.emplace_back(set, number, 0, 1);
+        write.descriptorType = texel ? vk::DescriptorType::eUniformTexelBuffer : vk::DescriptorType::eStorageBuffer;
+        write.pBufferInfo = &ranges[i];
+        write.pTexelBufferView = &views[i];
+    }
+    device.device.updateDescriptorSets(writes, nullptr);
+    return set;
+}
+
+template <class Launch>
+void Commands::Impl::dispatch(const Kernel::Impl& kernel, const Bindings& bindings, std::span<const std::byte> push, Launch launch) {
+    // C++ may pad the end of a struct to its alignment; a larger difference is another struct.
+    const std::uint32_t pushBytes = kernel.interface.pushBytes;
+    if (push.size() < pushBytes || push.size() >= pushBytes + 16)
+        throw std::logic_error("kernel '" + kernel.name + "' takes " + std::to_string(pushBytes) + " bytes of push constants, not " +
+                               std::to_string(push.size()));
+    const vk::raii::CommandBuffer& commands = recording();
+    if (device.instance->debugUtils)
+        commands.beginDebugUtilsLabelEXT({kernel.name.c_str()});
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *kernel.pipeline);
+    if (!kernel.interface.bindings.empty())
+        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *kernel.pipelineLayout, 0, bind(kernel, bindings), nullptr);
+    if (pushBytes)
+        commands.pushConstants<std::byte>(*kernel.pipelineLayout, vk::ShaderStageFlagBits::eCompute, 0,
+                                          vk::ArrayProxy<const std::byte>(pushBytes, push.data()));
+
+    const auto index = std::uint32_t(dispatched.size());
+    const std::uint32_t query = index % kDispatchesPerPool * 2;
+    if (device.timestampMask) {
+        if (index / kDispatchesPerPool == queryPools.size())
+            queryPools.push_back(device.device.createQueryPool({{}, vk::QueryType::eTimestamp, 2 * kDispatchesPerPool}));
+        const vk::QueryPool queries = *queryPools[index / kDispatchesPerPool];
+        if (query == 0)
+            commands.resetQueryPool(queries, 0, 2 * kDispatchesPerPool);
+        commands.writeTimestamp(Stage::eTopOfPipe, queries, query);
+        launch(commands);
+        commands.writeTimestamp(Stage::eBottomOfPipe, queries, query + 1);
+    } else {
+        launch(commands);
+    }
+    dispatched.push_back(findKernel(kernel.name).name);
+    if (device.instance->debugUtils)
+        commands.endDebugUtilsLabelEXT();
+}
+
+void Commands::Impl::collectTimes() {
+    for (std::size_t first = 0; first < dispatched.size(); first += kDispatchesPerPool) {
+        const std::size_t count = std::min<std::size_t>(dispatched.size() - first, kDispatchesPerPool);
+        std::vector<std::uint64_t> ticks(2 * count, 0);
+        if (device.timestampMask)
+            ticks = queryPools[first / kDispatchesPerPool]
+                        .getResults<std::uint64_t>(0, std::uint32_t(2 * count), ticks.size() * sizeof(std::uint64_t),
+                                                   sizeof(std::uint64_t), vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait)
+                        .second;
+        for (std::size_t i = 0; i < count; ++i) {
+            KernelTime& time = device.kernelTimes[std::string(dispatched[first + i])];
+            ++time.calls;
+            time.seconds += double((ticks[2 * i + 1] - ticks[2 * i]) & device.timestampMask) * device.limits.timestampPeriod * 1e-9;
+        }
+    }
+}
+
+Commands::Commands(Device& device)
+    : impl_(translating("creating a command buffer", [&] { return std::make_unique<Impl>(device.impl()); })) {}
+Commands::~Commands() = default;
+Commands::Commands(Commands&&) noexcept = default;
+
+void Commands::dispatchBytes(const Kernel& k, const Bindings& b, std::uint64_t items, std::span<const std::byte> push) {
+    const std::uint64_t local = k.localSize();
+    const auto [x, y] = fold((items + local - 1) / local);
+    // globalIndex() is 32 bits wide; where it wrapped, items would be processed twice.
+    if (std::uint64_t(x) * y * local > std::numeric_limits<std::uint32_t>::max() || y > kMaxGroups)
+        throw std::logic_error("kernel '" + k.name() + "' was given " + std::to_string(items) + " items at once");
+    impl_->dispatch(*k.impl(), b, push, [x = x, y = y](const auto& commands) { commands.dispatch(x, y, 1); });
+}
+
+void Commands::dispatchIndirectBytes(const Kernel& k, const Bindings& b, const Buffer& arguments, std::uint64_t offset,
+                                     std::span<const std::byte> push) {
+    if (offset % 4 != 0 || offset + 12 > arguments.size())
+        throw std::logic_error("kernel '" + k.name() + "': wrong offset of the group counts");
+    impl_->dispatch(*k.impl(), b, push,
+                    [&](const auto& commands) { commands.dispatchIndirect(*arguments.impl()->raw.buffer, offset); });
+}
+
+void Commands::fill(const Buffer& buffer, std::uint32_t value, std::uint64_t offset, std::uint64_t bytes) {
+    if (offset % 4 != 0 || bytes % 4 != 0 || offset >= buffer.size() || bytes > buffer.size() - offset)
+        throw std::logic_error("fill: wrong range of '" + buffer.impl()->name + "'");
+    impl_->recording().fillBuffer(*buffer.impl()->raw.buffer, offset, bytes ? bytes : buffer.size() - offset, value);
+}
+
+void Commands::copy(const Buffer& from, std::uint64_t fromOffset, const Buffer& to, std::uint64_t toOffset, std::uint64_t bytes) {
+    if (bytes == 0)
+        return;
+    if (fromOffset > from.size() || bytes > from.size() - fromOffset || toOffset > to.size() || bytes > to.size() - toOffset)
+        throw std::logic_error("copy: wrong range of '" + from.impl()->name + "' or '" + to.impl()->name + "'");
+    impl_->recording().copyBuffer(*from.impl()->raw.buffer, *to.impl()->raw.buffer, vk::BufferCopy(fromOffset, toOffset, bytes));
+}
+
+void Commands::barrier() {
+    impl_->recording();
+    impl_->barrier();
+}
+
+void Commands::submitAndWait() {
+    if (impl_->state == Impl::State::Empty)
+        return;
+    const vk::raii::CommandBuffer& commands = impl_->buffers[0];
+    if (impl_->state == Impl::State::Recording) {
+        const vk::MemoryBarrier toHost(Access::eShaderWrite | Access::eTransferWrite, Access::eHostRead);
+        commands.pipelineBarrier(Stage::eComputeShader | Stage::eTransfer, Stage::eHost, {}, toHost, nullptr, nullptr);
+        commands.end();
+        impl_->state = Impl::State::Recorded;
+    }
+    impl_->device.submitAndWait(*commands);
+    impl_->collectTimes();
+}
+
+void Commands::clear() {
+    impl_->pool.reset();
+    for (std::size_t i = 0; i < impl_->usedSetPools; ++i)
+        impl_->setPools[i].reset();
+    impl_->usedSetPools = 0;
+    impl_->dispatched.clear();
+    impl_->state = Impl::State::Empty;
+}
+
+Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64_t offset, std::uint64_t bytes) {
+    ranges_.at(binding) = {&buffer, offset, bytes};
+    return *this;
+}
+
+const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges_.at(binding); }
+
+void warmUp(Device& device, std::span<const Kernel* const> kernels) {
+    const Stopwatch stopwatch(device.impl().compileSeconds);
+    const auto times = device.impl().kernelTimes;
+    Commands commands(device);
+    const std::vector<std::byte> zeros(128);
+    // No workgroup is launched; the driver compiles all the same.
+    for (const Kernel* kernel : kernels)
+        commands.dispatchBytes(*kernel, {}, 0, std::span(zeros).first(kernel->impl()->interface.pushBytes));
+    commands.submitAndWait();
+    device.impl().kernelTimes = times;
+}
+
+} // namespace cmpg

@@ -1,0 +1,243 @@
+// Device choice and creation, memory allocation and submission.
+#include "vk/device.h"
+
+#include "base/log.h"
+#include "vk/impl.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <thread>
+
+namespace cmpg {
+
+namespace {
+
+// Texel buffers must reach 1 GiB of vec4 for the full variants to be used.
+constexpr std::uint64_t kMinTexelElements = std::uint64_t(1) << 26;
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return text;
+}
+
+std::string listText(const std::vector<DeviceInfo>& devices) {
+    std::string text = "devices:";
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        text += (i ? ", " : " ") + std::to_string(i) + " " + devices[i].name + (devices[i].usable ? "" : " (lacks " + devices[i].missing + ")");
+    return text;
+}
+
+std::size_t bestDevice(const std::vector<DeviceInfo>& devices) {
+    constexpr std::array<std::string_view, 5> order{"discrete", "integrated", "virtual", "cpu", "other"};
+    for (const std::string_view type : order)
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            if (devices[i].usable && devices[i].type == type)
+                return i;
+    throw Error(ExitCode::Device, "no Vulkan device has the required features", listText(devices),
+                "update the driver, or install the package mesa-vulkan-drivers, whose driver runs on any CPU");
+}
+
+std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::string& select) {
+    if (select.empty())
+        return bestDevice(devices);
+    std::size_t chosen = devices.size();
+    const char* const end = select.data() + select.size();
+    if (const auto [rest, error] = std::from_chars(select.data(), end, chosen); error != std::errc() || rest != end)
+        chosen = std::size_t(std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
+                     return lower(d.name).find(lower(select)) != std::string::npos;
+                 }) - devices.begin());
+    if (chosen >= devices.size())
+        throw Error(ExitCode::Device, "no Vulkan device matches '" + select + "'", listText(devices),
+                    "give --device an index or a part of a name of --list-devices");
+    if (!devices[chosen].usable)
+        throw Error(ExitCode::Device, "'" + devices[chosen].name + "' cannot be used: it lacks " + devices[chosen].missing,
+                    "an old driver or device", "choose another with --device");
+    return chosen;
+}
+
+// lavapipe gives each of its threads one contiguous range of workgroups.
+std::uint32_t lavapipeThreads() {
+    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+    if (const char* limit = std::getenv("LP_NUM_THREADS"))
+        threads = std::clamp(std::uint32_t(std::strtoul(limit, nullptr, 10)), 1u, threads);
+    return threads;
+}
+
+vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uint32_t queueFamily, const DeviceInfo& info) {
+    const float priority = 1;
+    const vk::DeviceQueueCreateInfo queue({}, queueFamily, 1, &priority);
+    const vk::PhysicalDeviceFeatures available = physical.getFeatures();
+    vk::StructureChain<vk::DeviceCreateInfo, vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                       vk::PhysicalDeviceVulkan13Features>
+        chain;
+    chain.get<vk::DeviceCreateInfo>().setQueueCreateInfos(queue);
+    auto& features10 = chain.get<vk::PhysicalDeviceFeatures2>().features;
+    auto& features12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
+    features12.scalarBlockLayout = true;
+    chain.get<vk::PhysicalDeviceVulkan13Features>().maintenance4 = true;
+    // Optional ones.
+    features10.robustBufferAccess = available.robustBufferAccess;
+    features10.shaderInt64 = available.shaderInt64;
+    features10.shaderFloat64 = info.float64;
+    features12.shaderBufferInt64Atomics = info.int64Atomics;
+    return physical.createDevice(chain.get<vk::DeviceCreateInfo>());
+}
+
+} // namespace
+
+Device::Impl::Impl(const Options& options) {
+    instance = createInstance(options.validation || environmentFlag("CMPG_VALIDATION"));
+    auto devices = physicalDevices(*instance);
+    std::vector<DeviceInfo> infos;
+    for (const auto& candidate : devices)
+        infos.push_back(describe(candidate));
+    const std::size_t chosen = selectDevice(infos, options.select);
+    physical = std::move(devices[chosen]);
+    info = infos[chosen];
+
+    const auto properties = physical.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
+                                                    vk::PhysicalDeviceMaintenance4Properties>();
+    limits = properties.get<vk::PhysicalDeviceProperties2>().properties.limits;
+    maxAllocation = std::min(properties.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize,
+                             properties.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize);
+    queueFamily = *computeQueueFamily(physical);
+    const std::uint32_t timestampBits = physical.getQueueFamilyProperties()[queueFamily].timestampValidBits;
+    timestampMask = timestampBits == 0 ? 0 : ~std::uint64_t(0) >> (64 - timestampBits);
+    portable = options.portable || environmentFlag("CMPG_PORTABLE") || !info.int64Atomics ||
+               info.maxTexelBufferElements < kMinTexelElements;
+    driverThreads = isLavapipe(physical) ? lavapipeThreads() : 1;
+    // CMPG_STAGING=1 makes transfers go the way they go on a discrete device.
+    hostMemory = (info.type == "cpu" || info.type == "integrated") && !environmentFlag("CMPG_STAGING");
+
+    translating("creating the Vulkan device '" + info.name + "'", [&] {
+        device = createDevice(physical, queueFamily, info);
+        queue = device.getQueue(queueFamily, 0);
+        transferPool = device.createCommandPool({vk::CommandPoolCreateFlagBits::eResetCommandBuffer, queueFamily});
+        transferCommands = vk::raii::CommandBuffers(device, {*transferPool, vk::CommandBufferLevel::ePrimary, 1});
+        fence = device.createFence({});
+    });
+    dummy = allocate("dummy", paddedTexelBytes(16),
+                     vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformTexelBuffer |
+                         vk::BufferUsageFlagBits::eTransferDst,
+                     Place::Device);
+    dummyFloat = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32f), 0, VK_WHOLE_SIZE});
+    dummyUint = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32ui), 0, VK_WHOLE_SIZE});
+    transfer([&](const auto& commands) { commands.fillBuffer(*dummy.buffer, 0, VK_WHOLE_SIZE, 0); });
+}
+
+Device::Impl::~Impl() {
+    if (instance->log)
+        for (const std::string& message : instance->log->messages)
+            logWarn("Vulkan validation: " + message);
+}
+
+RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place) {
+    const auto outOfMemory = [&](const std::string& cause) {
+        return Error(ExitCode::Device, "cannot allocate " + std::to_string(bytes) + " bytes of device memory for '" + name + "'", cause,
+                     "lower --memory, the image size or the scene's textures");
+    };
+    if (bytes > maxAllocation)
+        throw outOfMemory("'" + info.name + "' allows " + std::to_string(maxAllocation) + " bytes per buffer");
+    try {
+        RawBuffer raw;
+        raw.buffer = device.createBuffer({{}, bytes, usage, vk::SharingMode::eExclusive});
+        const vk::MemoryRequirements needs = raw.buffer.getMemoryRequirements();
+        using Flag = vk::MemoryPropertyFlagBits;
+        const bool mapped = hostMemory || place == Place::Staging;
+        const vk::MemoryPropertyFlags required = mapped ? Flag::eHostVisible | Flag::eHostCoherent : vk::MemoryPropertyFlags();
+        const vk::MemoryPropertyFlags wanted =
+            (place == Place::Staging ? vk::MemoryPropertyFlags() : Flag::eDeviceLocal) |
+            (mapped ? Flag::eHostCached : vk::MemoryPropertyFlags());
+        // The acceptable type with most of the wanted properties; the first of equals, as the specification orders them.
+        const vk::PhysicalDeviceMemoryProperties types = physical.getMemoryProperties();
+        int bestScore = -1;
+        std::uint32_t best = 0;
+        for (std::uint32_t i = 0; i < types.memoryTypeCount; ++i) {
+            const vk::MemoryPropertyFlags flags = types.memoryTypes[i].propertyFlags;
+            const int score = std::popcount(std::uint32_t(flags & wanted));
+            if ((needs.memoryTypeBits >> i & 1) && (flags & required) == required && score > bestScore) {
+                bestScore = score;
+                best = i;
+            }
+        }
+        if (bestScore < 0)
+            throw outOfMemory("the device has no suitable type of memory");
+        raw.memory = device.allocateMemory({needs.size, best});
+        raw.buffer.bindMemory(*raw.memory, 0);
+        raw.allocated = needs.size;
+        if (mapped)
+            raw.mapped = static_cast<std::byte*>(raw.memory.mapMemory(0, VK_WHOLE_SIZE));
+        setName(raw.buffer, name);
+        return raw;
+    } catch (const vk::SystemError& error) {
+        throw outOfMemory(error.what());
+    }
+}
+
+void Device::Impl::submitAndWait(vk::CommandBuffer commands) {
+    translating("running commands on '" + info.name + "'", [&] {
+        const vk::SubmitInfo submit(nullptr, nullptr, commands);
+        queue.submit(submit, *fence);
+        if (device.waitForFences(*fence, true, std::numeric_limits<std::uint64_t>::max()) != vk::Result::eSuccess)
+            throw Error(ExitCode::Device, "the device did not finish");
+        device.resetFences(*fence);
+    });
+    throwOnValidationMessages();
+}
+
+void Device::Impl::transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record) {
+    const vk::raii::CommandBuffer& commands = transferCommands[0];
+    commands.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    record(commands);
+    const vk::MemoryBarrier toHost(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eHostRead);
+    commands.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eHost, {}, toHost, nullptr, nullptr);
+    commands.end();
+    submitAndWait(*commands);
+}
+
+RawBuffer& Device::Impl::stagingBuffer() {
+    if (!*staging.buffer)
+        staging = allocate("staging", kStagingBytes, vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst,
+                           Place::Staging);
+    return staging;
+}
+
+void Device::Impl::throwOnValidationMessages() {
+    if (!instance->log)
+        return;
+    const std::lock_guard lock(instance->log->mutex);
+    if (instance->log->messages.empty())
+        return;
+    std::string all;
+    for (const std::string& message : instance->log->messages)
+        all += message + "\n";
+    instance->log->messages.clear();
+    throw Error(ExitCode::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
+}
+
+std::vector<DeviceInfo> Device::list() {
+    const auto instance = createInstance(false);
+    std::vector<DeviceInfo> infos;
+    for (const auto& device : physicalDevices(*instance))
+        infos.push_back(describe(device));
+    return infos;
+}
+
+Device::Device(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
+Device::~Device() = default;
+Device::Device(Device&&) noexcept = default;
+
+const DeviceInfo& Device::info() const { return impl_->info; }
+bool Device::portable() const { return impl_->portable; }
+std::uint32_t Device::driverThreads() const { return impl_->driverThreads; }
+const MemoryUse& Device::memory() const { return impl_->memory; }
+const std::map<std::string, KernelTime>& Device::kernelTimes() const { return impl_->kernelTimes; }
+double Device::compileSeconds() const { return impl_->compileSeconds; }
+void Device::resetKernelTimes() { impl_->kernelTimes.clear(); }
+
+} // namespace cmpg

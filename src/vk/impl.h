@@ -1,0 +1,110 @@
+// What stands behind the classes of device.h.
+#pragma once
+
+#include "vk/device.h"
+#include "vk/instance.h"
+#include "vk/spirv_reflection.h"
+#include "vk/vulkan.h"
+
+#include <chrono>
+#include <functional>
+
+namespace cmpg {
+
+// A buffer with memory of its own, outside all accounting.
+struct RawBuffer {
+    vk::raii::DeviceMemory memory{nullptr};
+    vk::raii::Buffer buffer{nullptr};
+    std::uint64_t allocated = 0;  // bytes of memory
+    std::byte* mapped = nullptr;  // null: the host cannot reach it
+};
+
+struct Device::Impl {
+    std::unique_ptr<Instance> instance;
+    vk::raii::PhysicalDevice physical{nullptr};
+    DeviceInfo info;
+    vk::PhysicalDeviceLimits limits;
+    std::uint64_t maxAllocation = 0; // bytes
+    std::uint32_t queueFamily = 0;
+    std::uint64_t timestampMask = 0; // 0: the queue has no timestamps
+    std::uint32_t driverThreads = 1;
+    bool portable = false;
+    bool hostMemory = false; // buffers are mapped: device and host share memory
+
+    vk::raii::Device device{nullptr};
+    vk::raii::Queue queue{nullptr};
+    vk::raii::CommandPool transferPool{nullptr};
+    vk::raii::CommandBuffers transferCommands{nullptr};
+    vk::raii::Fence fence{nullptr};
+    RawBuffer dummy;                                                       // what null buffers bind
+    vk::raii::BufferView dummyFloat{nullptr}, dummyUint{nullptr};
+    RawBuffer staging; // created by the first transfer that needs it
+
+    MemoryUse memory;
+    std::map<std::string, KernelTime> kernelTimes;
+    double compileSeconds = 0;
+
+    explicit Impl(const Options& options);
+    ~Impl();
+
+    enum class Place { Device, Staging };
+    RawBuffer allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place);
+    void submitAndWait(vk::CommandBuffer commands);
+    // Runs `record` on a fresh command buffer and waits.
+    void transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record);
+    RawBuffer& stagingBuffer();
+    void throwOnValidationMessages();
+
+    template <class Handle> void setName(const Handle& handle, const std::string& name) const {
+        if (!instance->debugUtils)
+            return;
+        using Raw = typename Handle::CType;
+        const auto value = reinterpret_cast<std::uint64_t>(static_cast<Raw>(*handle));
+        device.setDebugUtilsObjectNameEXT({Handle::objectType, value, name.c_str()});
+    }
+};
+
+constexpr std::uint64_t kStagingBytes = 8u << 20;
+
+struct Buffer::Impl {
+    Device::Impl* device = nullptr;
+    std::string name;
+    std::uint64_t bytes = 0; // rounded up to 16
+    MemoryKind kind = MemoryKind::Transient;
+    Texel texel = Texel::None;
+    RawBuffer raw;
+    std::map<std::pair<std::uint64_t, std::uint64_t>, vk::raii::BufferView> views; // by offset and bytes
+
+    ~Impl();
+    vk::BufferView view(std::uint64_t offset, std::uint64_t range);
+};
+
+vk::Format texelFormat(Texel texel);
+std::uint64_t texelBytes(Texel texel);
+// Bytes to create a texel buffer with. lavapipe compiles a kernel anew when a texel buffer's size is a power of two, or when bits
+// 8 to 15 of the view's size are all zero and were not before; sizes padded by this are always alike.
+std::uint64_t paddedTexelBytes(std::uint64_t bytes);
+
+struct Kernel::Impl {
+    Device::Impl* device = nullptr;
+    std::string name;
+    KernelInterface interface;
+    std::uint64_t spirvBytes = 0;
+    vk::raii::DescriptorSetLayout setLayout{nullptr};
+    vk::raii::PipelineLayout pipelineLayout{nullptr};
+    vk::raii::Pipeline pipeline{nullptr};
+};
+
+// Adds its lifetime to a number of seconds.
+class Stopwatch {
+  public:
+    explicit Stopwatch(double& total) : total_(total) {}
+    ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+
+  private:
+    double& total_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+} // namespace cmpg

@@ -1,0 +1,193 @@
+// Instance creation with optional validation, and the list of required device features.
+#include "vk/instance.h"
+
+#include "base/log.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+namespace cmpg {
+
+namespace {
+
+constexpr std::uint32_t kApiVersion = VK_API_VERSION_1_3;
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+// The loader's usual places of driver manifests, for the message when it found no driver.
+std::string seenDriverManifests() {
+    std::vector<std::filesystem::path> folders{"/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"};
+    if (const char* home = std::getenv("HOME"))
+        folders.push_back(std::filesystem::path(home) / ".local/share/vulkan/icd.d");
+    std::vector<std::string> seen;
+    for (const auto& folder : folders) {
+        std::error_code ignored;
+        for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+            seen.push_back(entry.path().string());
+    }
+    std::sort(seen.begin(), seen.end());
+    std::string text = seen.empty() ? "no driver manifest in the usual folders" : "driver manifests seen:";
+    for (const std::string& path : seen)
+        text += " " + path;
+    for (const char* variable : {"VK_ICD_FILENAMES", "VK_DRIVER_FILES"})
+        if (const char* value = std::getenv(variable))
+            text += std::string("; ") + variable + " limits the choice to " + value;
+    return text;
+}
+
+Error noVulkan(const std::string& reason) {
+    return Error(ExitCode::Device, "there is no Vulkan device: " + reason, seenDriverManifests(),
+                 "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU");
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                                         const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+    auto& log = *static_cast<ValidationLog*>(user);
+    const std::lock_guard lock(log.mutex);
+    log.messages.emplace_back(data->pMessage);
+    return VK_FALSE;
+}
+
+template <class Properties, class Name> bool contains(const Properties& all, Name Properties::value_type::*name, const char* wanted) {
+    return std::any_of(all.begin(), all.end(), [&](const auto& p) { return std::strcmp((p.*name).data(), wanted) == 0; });
+}
+
+std::string versionText(std::uint32_t version) {
+    return std::to_string(VK_API_VERSION_MAJOR(version)) + "." + std::to_string(VK_API_VERSION_MINOR(version));
+}
+
+std::string typeText(vk::PhysicalDeviceType type) {
+    switch (type) {
+    case vk::PhysicalDeviceType::eCpu: return "cpu";
+    case vk::PhysicalDeviceType::eIntegratedGpu: return "integrated";
+    case vk::PhysicalDeviceType::eDiscreteGpu: return "discrete";
+    case vk::PhysicalDeviceType::eVirtualGpu: return "virtual";
+    default: return "other";
+    }
+}
+
+} // namespace
+
+bool environmentFlag(const char* name) {
+    const char* value = std::getenv(name);
+    return value && *value && std::strcmp(value, "0") != 0;
+}
+
+std::unique_ptr<Instance> createInstance(bool validation) try {
+    auto instance = std::make_unique<Instance>();
+    const auto extensions = instance->context.enumerateInstanceExtensionProperties();
+    std::vector<const char*> layers, enabled;
+    if (contains(extensions, &vk::ExtensionProperties::extensionName, VK_EXT_DEBUG_UTILS_EXTENSION_NAME)) {
+        instance->debugUtils = true;
+        enabled.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    }
+    if (validation) {
+        if (!instance->debugUtils ||
+            !contains(instance->context.enumerateInstanceLayerProperties(), &vk::LayerProperties::layerName, kValidationLayer))
+            throw Error(ExitCode::Device, "the Vulkan validation layers are not installed", "validation was asked for",
+                        "install the package vulkan-validationlayers, or unset CMPG_VALIDATION");
+        layers.push_back(kValidationLayer);
+        enabled.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+        instance->log = std::make_unique<ValidationLog>();
+    }
+    const vk::ApplicationInfo application("cmpg-vk", 0, "cmpg-vk", 0, kApiVersion);
+    const vk::ValidationFeatureEnableEXT synchronization = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
+    vk::StructureChain<vk::InstanceCreateInfo, vk::DebugUtilsMessengerCreateInfoEXT, vk::ValidationFeaturesEXT> create(
+        {{}, &application, layers, enabled},
+        {{},
+         vk::DebugUtilsMessageSeverityFlagBitsEXT::eError | vk::DebugUtilsMessageSeverityFlagBitsEXT::eWarning,
+         vk::DebugUtilsMessageTypeFlagBitsEXT::eValidation,
+         onMessage,
+         instance->log.get()},
+        {synchronization, {}});
+    if (!validation) {
+        create.unlink<vk::DebugUtilsMessengerCreateInfoEXT>();
+        create.unlink<vk::ValidationFeaturesEXT>();
+    }
+    instance->handle = instance->context.createInstance(create.get());
+    if (validation) {
+        auto messenger = create.get<vk::DebugUtilsMessengerCreateInfoEXT>();
+        messenger.pNext = nullptr;
+        instance->messenger = instance->handle.createDebugUtilsMessengerEXT(messenger);
+    }
+    return instance;
+} catch (const vk::SystemError& error) {
+    throw noVulkan(error.what());
+} catch (const Error&) {
+    throw;
+} catch (const std::runtime_error& error) { // the loader library itself is missing
+    throw noVulkan(error.what());
+}
+
+std::vector<vk::raii::PhysicalDevice> physicalDevices(const Instance& instance) {
+    std::vector<vk::raii::PhysicalDevice> devices;
+    try {
+        devices = instance.handle.enumeratePhysicalDevices();
+    } catch (const vk::SystemError& error) {
+        throw noVulkan(error.what());
+    }
+    if (devices.empty())
+        throw noVulkan("the loader found none");
+    return devices;
+}
+
+std::optional<std::uint32_t> computeQueueFamily(const vk::raii::PhysicalDevice& device) {
+    const auto families = device.getQueueFamilyProperties();
+    for (std::uint32_t i = 0; i < families.size(); ++i)
+        if (families[i].queueFlags & vk::QueueFlagBits::eCompute)
+            return i;
+    return std::nullopt;
+}
+
+bool isLavapipe(const vk::raii::PhysicalDevice& device) {
+    const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+    return chain.get<vk::PhysicalDeviceDriverProperties>().driverID == vk::DriverId::eMesaLlvmpipe;
+}
+
+DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
+    const vk::PhysicalDeviceProperties basic = device.getProperties();
+    DeviceInfo info;
+    info.name = basic.deviceName.data();
+    info.type = typeText(basic.deviceType);
+    info.maxStorageBufferRange = basic.limits.maxStorageBufferRange;
+    info.maxTexelBufferElements = basic.limits.maxTexelBufferElements;
+
+    std::ostringstream missing;
+    const auto require = [&](bool present, const std::string& what) {
+        if (!present)
+            missing << (missing.tellp() > 0 ? ", " : "") << what;
+    };
+    require(basic.apiVersion >= kApiVersion, "Vulkan 1.3 (it has " + versionText(basic.apiVersion) + ")");
+    require(computeQueueFamily(device).has_value(), "a compute queue");
+    if (basic.apiVersion >= kApiVersion) { // the structures below are 1.2's and 1.3's
+        const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties,
+                                                      vk::PhysicalDeviceVulkan12Properties>();
+        const auto features = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                                                  vk::PhysicalDeviceVulkan13Features>();
+        const auto& v11 = properties.get<vk::PhysicalDeviceVulkan11Properties>();
+        const auto& v12 = properties.get<vk::PhysicalDeviceVulkan12Properties>();
+        const auto& features10 = features.get<vk::PhysicalDeviceFeatures2>().features;
+        const auto& features12 = features.get<vk::PhysicalDeviceVulkan12Features>();
+        const auto& features13 = features.get<vk::PhysicalDeviceVulkan13Features>();
+        info.driver = std::string(v12.driverName.data()) + " " + v12.driverInfo.data();
+        info.subgroupSize = v11.subgroupSize;
+        info.int64Atomics = features10.shaderInt64 && features12.shaderBufferInt64Atomics;
+        info.float64 = features10.shaderFloat64;
+
+        // All that is required beyond Vulkan 1.0; Device enables the same.
+        constexpr auto subgroup =
+            vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eBallot | vk::SubgroupFeatureFlagBits::eArithmetic;
+        require(features12.scalarBlockLayout, "scalarBlockLayout");
+        require(features13.maintenance4, "maintenance4"); // the compiler writes LocalSizeId
+        require((v11.subgroupSupportedStages & vk::ShaderStageFlagBits::eCompute) &&
+                    (v11.subgroupSupportedOperations & subgroup) == subgroup,
+                "subgroup ballot and arithmetic in compute");
+    }
+    info.missing = missing.str();
+    info.usable = info.missing.empty();
+    return info;
+}
+
+} // namespace cmpg

@@ -1,0 +1,54 @@
+// The Vulkan instance, its validation messages, and what can be said of a physical device before using it.
+#pragma once
+
+#include "base/error.h"
+#include "vk/device.h"
+#include "vk/vulkan.h"
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cmpg {
+
+// Messages of the validation layers, kept until a place is reached that may throw.
+struct ValidationLog {
+    std::mutex mutex;
+    std::vector<std::string> messages;
+};
+
+struct Instance {
+    vk::raii::Context context;
+    bool debugUtils = false;            // names and labels are possible
+    std::unique_ptr<ValidationLog> log; // null without validation
+    vk::raii::Instance handle{nullptr};
+    vk::raii::DebugUtilsMessengerEXT messenger{nullptr};
+};
+
+std::unique_ptr<Instance> createInstance(bool validation);
+
+// Never empty: throws Error(Device) with the remedy when there is no device at all.
+std::vector<vk::raii::PhysicalDevice> physicalDevices(const Instance& instance);
+
+DeviceInfo describe(const vk::raii::PhysicalDevice& device);
+std::optional<std::uint32_t> computeQueueFamily(const vk::raii::PhysicalDevice& device);
+bool isLavapipe(const vk::raii::PhysicalDevice& device);
+
+// Whether an environment variable is set to something other than "" and "0".
+bool environmentFlag(const char* name);
+
+// Runs `work`; a Vulkan call that fails becomes an Error that says what was being done.
+template <class Work> auto translating(const std::string& doing, Work&& work) -> decltype(work()) {
+    try {
+        return work();
+    } catch (const vk::DeviceLostError&) {
+        throw Error(ExitCode::Device, doing + ": the device was lost", "a kernel ran too long or met a driver fault",
+                    "try a smaller --memory, or another device with --device");
+    } catch (const vk::SystemError& error) {
+        throw Error(ExitCode::Device, doing + ": " + error.what());
+    }
+}
+
+} // namespace cmpg

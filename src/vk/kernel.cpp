@@ -1,0 +1,79 @@
+// One compute pipeline, laid out by what its SPIR-V declares.
+#include "vk/device.h"
+
+#include "vk/impl.h"
+#include "vk/spirv.h"
+
+namespace cmpg {
+
+namespace {
+
+void requireCapabilities(const Device::Impl& device, const std::string& name, const KernelInterface& interface) {
+    const auto require = [&](bool needed, bool present, const char* what) {
+        if (needed && !present)
+            throw Error(ExitCode::Device, "kernel '" + name + "' needs " + what + ", which '" + device.info.name + "' lacks", {},
+                        "choose another device with --device");
+    };
+    require(interface.float64, device.info.float64, "64-bit floats");
+    require(interface.int64, device.physical.getFeatures().shaderInt64, "64-bit integers");
+    require(interface.int64Atomics, device.info.int64Atomics, "64-bit integer atomics");
+    const auto [x, y, z] = interface.localSize;
+    require(std::uint64_t(x) * y * z > device.limits.maxComputeWorkGroupInvocations, false, "larger workgroups");
+    require(interface.pushBytes > device.limits.maxPushConstantsSize, false, "more push constants");
+}
+
+vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {
+    std::vector<vk::DescriptorSetLayoutBinding> bindings;
+    for (const auto& [number, resource] : interface.bindings)
+        bindings.emplace_back(number,
+                              resource == KernelInterface::Resource::Storage ? vk::DescriptorType::eStorageBuffer
+                                                                             : vk::DescriptorType::eUniformTexelBuffer,
+                              1, vk::ShaderStageFlagBits::eCompute);
+    return device.createDescriptorSetLayout({{}, bindings});
+}
+
+} // namespace
+
+Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) : impl_(std::make_unique<Impl>()) {
+    Device::Impl& owner = device.impl();
+    const Stopwatch stopwatch(owner.compileSeconds);
+    const EmbeddedKernel& embedded = findKernel(name);
+    const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
+    impl_->device = &owner;
+    impl_->name = embedded.name;
+    impl_->interface = reflect(spirv, constants);
+    impl_->spirvBytes = spirv.size_bytes();
+    requireCapabilities(owner, impl_->name, impl_->interface);
+
+    std::vector<vk::SpecializationMapEntry> entries;
+    for (const std::uint32_t id : impl_->interface.specIds)
+        if (id < constants.size())
+            entries.emplace_back(id, id * 4, 4);
+    translating("compiling kernel '" + impl_->name + "'", [&] {
+        const vk::SpecializationInfo specialization(std::uint32_t(entries.size()), entries.data(), constants.size_bytes(), constants.data());
+        const vk::raii::ShaderModule module(owner.device, {{}, spirv.size_bytes(), spirv.data()});
+        impl_->setLayout = createSetLayout(owner.device, impl_->interface);
+        const vk::PushConstantRange push(vk::ShaderStageFlagBits::eCompute, 0, (impl_->interface.pushBytes + 3) / 4 * 4);
+        vk::PipelineLayoutCreateInfo layout({}, *impl_->setLayout);
+        if (push.size)
+            layout.setPushConstantRanges(push);
+        impl_->pipelineLayout = owner.device.createPipelineLayout(layout);
+        impl_->pipeline = owner.device.createComputePipeline(
+            nullptr, {{}, {{}, vk::ShaderStageFlagBits::eCompute, *module, "main", &specialization}, *impl_->pipelineLayout});
+        owner.setName(impl_->pipeline, impl_->name);
+    });
+    owner.throwOnValidationMessages();
+}
+
+Kernel::~Kernel() = default;
+Kernel::Kernel(Kernel&&) noexcept = default;
+Kernel& Kernel::operator=(Kernel&&) noexcept = default;
+
+const std::string& Kernel::name() const { return impl_->name; }
+std::uint64_t Kernel::spirvBytes() const { return impl_->spirvBytes; }
+std::uint32_t Kernel::localSize() const {
+    const auto [x, y, z] = impl_->interface.localSize;
+    return x * y * z;
+}
+
+} // namespace cmpg

@@ -1,0 +1,102 @@
+// Buffers: transfers, copies, fills, accounting, failures.
+#include "base/error.h"
+#include "kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace cmpg {
+namespace {
+
+std::vector<std::uint32_t> counting(std::size_t count) {
+    std::vector<std::uint32_t> v(count);
+    std::iota(v.begin(), v.end(), 1u);
+    return v;
+}
+
+void roundTrip(Device& device) {
+    // Longer than the staging buffer, and no multiple of it.
+    const auto data = counting(5'000'001);
+    Buffer buffer(device, "round trip", data.size() * 4 + 64, MemoryKind::Transient);
+    EXPECT_EQ(buffer.size() % 16, 0u);
+    EXPECT_EQ(buffer.downloadAll<std::uint32_t>(data.size()), std::vector<std::uint32_t>(data.size(), 0));
+    buffer.uploadAll(data, 12);
+    EXPECT_EQ(buffer.downloadAll<std::uint32_t>(data.size(), 12), data);
+    EXPECT_EQ(buffer.downloadAll<std::uint32_t>(3), std::vector<std::uint32_t>(3, 0));
+    EXPECT_THROW(buffer.uploadAll(data, 128), std::out_of_range);
+}
+
+TEST(Buffer, RoundTrip) { roundTrip(test::device()); }
+
+TEST(Buffer, RoundTripThroughStaging) {
+    setenv("CMPG_STAGING", "1", 1);
+    Device device({});
+    unsetenv("CMPG_STAGING");
+    roundTrip(device);
+}
+
+TEST(Buffer, FillAndCopy) {
+    Device& device = test::device();
+    Buffer from(device, "from", 64, MemoryKind::Transient), to(device, "to", 64, MemoryKind::Transient);
+    from.uploadAll(counting(16));
+    Commands commands(device);
+    commands.fill(to, 0xabcdef01, 4, 8);
+    commands.barrier();
+    commands.copy(from, 8, to, 32, 12);
+    commands.submitAndWait();
+    std::vector<std::uint32_t> expected(16, 0);
+    expected[1] = expected[2] = 0xabcdef01;
+    expected[8] = 3, expected[9] = 4, expected[10] = 5;
+    EXPECT_EQ(to.downloadAll<std::uint32_t>(16), expected);
+
+    commands.clear();
+    commands.fill(to, 7);
+    commands.submitAndWait();
+    EXPECT_EQ(to.downloadAll<std::uint32_t>(16), std::vector<std::uint32_t>(16, 7));
+    EXPECT_THROW(commands.fill(to, 7), std::logic_error) << "not cleared";
+    commands.clear();
+    EXPECT_THROW(commands.fill(to, 7, 60, 8), std::logic_error);
+    EXPECT_THROW(commands.copy(from, 0, to, 60, 8), std::logic_error);
+}
+
+TEST(Buffer, MemoryAccounting) {
+    Device device({});
+    EXPECT_EQ(device.memory().current, 0u);
+    // Allocations may be rounded up, by at most a page here.
+    const auto about = [](std::uint64_t actual, std::uint64_t bytes) { return actual >= bytes && actual <= bytes + 4096; };
+    {
+        const Buffer scene(device, "scene", 1 << 20, MemoryKind::Scene, Texel::Rgba32f);
+        EXPECT_PRED2(about, device.memory().byKind[0], std::uint64_t(1) << 20);
+        Buffer a(device, "pool", 1 << 16, MemoryKind::Transient);
+        const Buffer b(device, "pool", 1 << 17, MemoryKind::Transient);
+        EXPECT_PRED2(about, device.memory().buffers.at("pool"), std::uint64_t(3) << 16);
+        const std::uint64_t both = device.memory().byKind[2];
+        a = Buffer(device, "other", 1 << 10, MemoryKind::Parameters); // the new one exists before the old one goes
+        EXPECT_PRED2(about, device.memory().buffers.at("pool"), std::uint64_t(1) << 17);
+        EXPECT_EQ(device.memory().peakByKind[2], both);
+        EXPECT_EQ(device.memory().byKind[0] + device.memory().byKind[1] + device.memory().byKind[2], device.memory().current);
+        EXPECT_GE(device.memory().peak, device.memory().current);
+    }
+    EXPECT_EQ(device.memory().current, 0u);
+    EXPECT_TRUE(device.memory().buffers.empty());
+    EXPECT_PRED2(about, device.memory().peak, (std::uint64_t(1) << 20) + (3 << 16) + (1 << 10));
+}
+
+TEST(Buffer, FailingAllocation) {
+    Device& device = test::device();
+    const std::uint64_t before = device.memory().current;
+    try {
+        const Buffer huge(device, "enormous tape", std::uint64_t(1) << 44, MemoryKind::Transient);
+        FAIL() << "16 TiB were allocated";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_NE(std::string(error.what()).find("enormous tape"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("17592186044416"), std::string::npos);
+        EXPECT_NE(error.remedy.find("--memory"), std::string::npos);
+    }
+    EXPECT_EQ(device.memory().current, before);
+}
+
+} // namespace
+} // namespace cmpg
