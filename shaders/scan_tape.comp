@@ -12,7 +12,7 @@
 #include "lib/physics.glsl"
 #include "lib/fixed_point.glsl"
 #include "lib/dispatch.glsl"
-#include "scene/materials.glsl"
+#include "scene/slots.glsl"
 #include "scene/tape_planes.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ScanPush push; };

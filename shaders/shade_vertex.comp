@@ -9,6 +9,7 @@
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
 #include "scene/geometry.glsl"
+#include "scene/slots.glsl"
 #include "scene/materials.glsl"
 #include "scene/environment.glsl"
 #include "scene/lights.glsl"

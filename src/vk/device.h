@@ -74,7 +74,7 @@ class Device {
 
 class Buffer {
   public:
-    Buffer() = default; // null: binds as a 16-byte dummy
+    Buffer() noexcept; // null: binds as a 16-byte dummy
     // Size is rounded up to 16 bytes; contents start zeroed. Host transfers go through upload/download whatever the memory type.
     Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind kind, Texel texel = Texel::None);
     ~Buffer();
@@ -104,7 +104,7 @@ class Buffer {
 // One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice.
 class Kernel {
   public:
-    Kernel() = default;
+    Kernel() noexcept;
     // `name`: file name of the kernel without .comp. `constants[i]` is specialization constant id i (uint, float bits or bool).
     Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants = {});
     ~Kernel();
