@@ -29,7 +29,7 @@ void main() {
     paths[path] = uvec2(low, index);
 
     const uint pixel = batch.firstPixel + low;
-    const SampleKey key = SampleKey(batch.seed, batch.step, batch.pass, pixel, index, 0u, 0u);
+    const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), pixel, index, 0u, 0u);
     const vec2 u = sampleSet(key, kSetCamera).xy;
     const vec2 raster = vec2(pixel % batch.width, pixel / batch.width) + u;
     const vec2 plane = vec2(2.0 * raster.x / float(batch.width) - 1.0, 1.0 - 2.0 * raster.y / float(batch.height));

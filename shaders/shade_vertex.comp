@@ -54,12 +54,12 @@ vec3 keepFinite(vec3 v, uint counter) {
 }
 
 // MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`.
-float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : powerHeuristic(drawn, light); }
+float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : misWeight(drawn, light); }
 
 void shadeEscaped(uint slot, Ray ray) {
     Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
     if (kEnvironment) {
-        const vec2 uv = directionToEnvironment(toEnvironment(scene.environment, ray.direction));
+        const vec2 uv = environmentUv(toEnvironment(scene.environment, ray.direction));
         float weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
         v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
@@ -83,7 +83,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
     SlotDerivatives d = noSlotDerivatives();
     vec3 radiance = vec3(0);
     if (light.density > 0.0) {
-        const float weight = light.extended ? powerHeuristic(light.density, bsdfPdf(sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
+        const float weight = light.extended ? misWeight(light.density, bsdfPdf(sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
         const float scale = weight / light.density;
         radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         if (kDiffSurface && differentiated)
@@ -126,7 +126,7 @@ void main() {
     const float cosFace = dot(p.faceNormal, wo);
     if (kEmission && (sampling.flags & kMaterialEmissive) != 0 && cosFace > 0.0) {
         emissionWeight = 1.0;
-        if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, lightDensity(hit.triangle) * hit.t * hit.t / cosFace);
+        if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         v.suffix = keepFinite(emissionWeight * radiance, kDroppedRadiance);
     }
@@ -143,7 +143,7 @@ void main() {
     float pdf = 0.0;
     if (!last) {
         const uvec2 path = paths[ray.path];
-        const SampleKey key = SampleKey(batch.seed, batch.step, batch.pass, batch.firstPixel + path.x, path.y, 0u, push.bounce);
+        const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, 0u, push.bounce);
         if (kLightSampling && scene.lights > 0)
             wantShadow = sampleDirect(slot, p, sampling, value, differentiated, wo, sampleSet(key, kSetLight).xyz, v.direct, light);
         else if (kDiffSurface && differentiated)
@@ -169,16 +169,14 @@ void main() {
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }
 
-    const float side = dot(p.faceNormal, wi) >= 0.0 ? 1.0 : -1.0;
     v.child = allocateRay(wantRay);
     if (wantRay) {
-        nextRays[v.child] = Ray(offsetRayOrigin(p.position, side * p.faceNormal), ray.path, wi, pdf);
+        nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
         if (kReverse) tapeThroughput(slot, v.child, v.weight);
     }
     v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {
-        const float lightSide = dot(p.faceNormal, light.direction) >= 0.0 ? 1.0 : -1.0;
-        const vec3 origin = offsetRayOrigin(p.position, lightSide * p.faceNormal);
+        const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);
         shadowRays[v.shadow] = ShadowRay(origin, light.distance * (1.0 - 1e-4), light.direction, slot);
     }
     vertices[slot] = v;

@@ -10,7 +10,7 @@ vec3 fromEnvironment(EnvironmentInfo e, vec3 d) {
 }
 
 vec3 environmentRadiance(EnvironmentInfo e, vec2 uv, uint frozenTexels) {
-    const TexelWeights t = environmentTexels(uv, e.width, e.height);
+    const TexelWeights t = environmentTexelWeights(uv, e.width, e.height);
     const uint o = e.texels + frozenTexels;
     return t.weight.x * valueTexel(o + t.index.x).xyz + t.weight.y * valueTexel(o + t.index.y).xyz + t.weight.z * valueTexel(o + t.index.z).xyz +
            t.weight.w * valueTexel(o + t.index.w).xyz;
@@ -40,11 +40,8 @@ float environmentCellDensity(EnvironmentInfo e, uint column, uint row) {
 
 // Density light sampling picks `uv` with, the selection of the environment included.
 float environmentDensity(EnvironmentInfo e, vec2 uv) {
-    const uint rows = e.height - 1;
-    const uint row = min(uint(uv.y * float(rows)), rows - 1);
-    const float x = uv.x * float(e.width) - 0.5;
-    const uint column = x < 0.0 ? e.width - 1 : min(uint(x), e.width - 1);
-    return e.probability * environmentCellDensity(e, column, row);
+    const uvec2 cell = environmentCell(uv, e.width, e.height);
+    return e.probability * environmentCellDensity(e, cell.x, cell.y);
 }
 
 // Direction in world space with its map coordinates; density as above.
@@ -57,13 +54,8 @@ vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) densi
     const float c0 = environmentCdfBefore(base, column), c1 = environmentCdf(base + column);
     const float fx = clamp((u.x - c0) / max(c1 - c0, 1e-20), 0.0, 1.0);
     const float fy = clamp((u.y - m0) / max(m1 - m0, 1e-20), 0.0, 1.0);
-    // Uniform in azimuth and in the cosine of the polar angle, so that the density over the cell is constant per solid angle.
-    const float theta0 = kPi * float(row) / float(rows), theta1 = kPi * float(row + 1) / float(rows);
-    const float cosTheta = mix(cos(theta0), cos(theta1), fy);
-    const float phi = 2.0 * kPi * (float(column) + 0.5 + fx) / float(e.width);
-    const float sinTheta = safeSqrt(1.0 - cosTheta * cosTheta);
-    const vec3 local = vec3(sinTheta * sin(phi), cosTheta, -sinTheta * cos(phi));
-    uv = directionToEnvironment(local);
+    const vec3 local = sampleEnvironmentCell(uvec2(column, row), e.width, e.height, vec2(fx, fy));
+    uv = environmentUv(local);
     density = e.probability * (m1 - m0) * (c1 - c0) / environmentCellSolidAngle(row, e.width, e.height);
     return fromEnvironment(e, local);
 }

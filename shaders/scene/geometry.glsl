@@ -9,6 +9,7 @@ struct SurfacePoint {
     vec4 color;
     vec4 tangent; // as in the file; xyz zero: not given
     uint triangle, material;
+    float magnitude; // largest absolute coordinate of the triangle: the scale of rounding errors
 };
 
 const uint kAttributeTexels = 2 + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
@@ -21,6 +22,7 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     SurfacePoint p;
     p.triangle = triangle;
     p.position = v0 + b1 * e1 + b2 * e2;
+    p.magnitude = max(largestCoordinate(v0), max(largestCoordinate(v0 + e1), largestCoordinate(v0 + e2)));
     p.faceNormal = normalize(cross(e1, e2));
     p.normal = p.faceNormal;
     p.uv0 = vec2(0);
@@ -80,8 +82,9 @@ mat3 tangentFrame(SurfacePoint p, bool useTexcoord1) {
     t -= p.normal * dot(p.normal, t);
     const float length2 = dot(t, t);
     if (length2 < 1e-30) {
-        const mat3 any = orthonormalFrame(p.normal);
-        return any;
+        vec3 x, y;
+        orthonormalFrame(p.normal, x, y);
+        return mat3(x, y, p.normal);
     }
     t *= inversesqrt(length2);
     return mat3(t, cross(p.normal, t) * handedness, p.normal);

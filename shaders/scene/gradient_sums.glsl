@@ -3,24 +3,20 @@
 #ifdef CMPG_PORTABLE
 layout(binding = kBindGradients, scalar) buffer Gradients { uvec2 gradients[]; };
 #else
-layout(binding = kBindGradients, scalar) buffer Gradients { int64_t gradients[]; };
+layout(binding = kBindGradients, scalar) buffer Gradients { uint64_t gradients[]; };
 #endif
 
 // `scale`: two factors of 2^k.
 void addGradient(uint entry, float value, vec2 scale) {
     const uint local = entry - push.firstEntry;
-    const float units = roundEven(value * scale.x * scale.y);
-    if (units == 0.0 || local >= push.entries) return;
-    if (abs(units) >= kFixedPointLimit) {
-        atomicAdd(statistics[kSaturatedGradient], 1);
-        return;
-    }
+    if (value == 0.0 || local >= push.entries) return;
+    uvec2 words;
+    if (!toFixedPoint(value * scale.x, scale.y, words)) atomicAdd(statistics[kSaturatedGradient], 1);
 #ifdef CMPG_PORTABLE
-    const uvec2 words = fixedPointWords(units);
     const uint old = atomicAdd(gradients[local].x, words.x);
     const uint carry = old + words.x < old ? 1u : 0u;
     if (words.y + carry != 0) atomicAdd(gradients[local].y, words.y + carry);
 #else
-    atomicAdd(gradients[local], int64_t(units));
+    atomicAdd(gradients[local], packUint2x32(words));
 #endif
 }

@@ -36,7 +36,7 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
     const uvec4 head = lightTexel(light * kLightTexels);
     const float probability = uintBitsToFloat(head.z);
     if (kTriangleLights && head.x == kLightTriangle) {
-        const vec2 b = uniformTriangle(u.yz);
+        const vec2 b = sampleTriangle(u.yz);
         if (kTextures) {
             const SurfacePoint p = surfacePoint(head.y, b);
             s.uv0 = p.uv0;
@@ -49,10 +49,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
         s.distance = sqrt(distance2);
         s.direction = offset / max(s.distance, 1e-30);
         const float cosLight = -dot(normalize(cross(e1, e2)), s.direction);
-        if (cosLight > 0.0 && distance2 > 0.0) {
-            s.material = triangleIndices(head.y).w;
-            s.density = lightDensity(head.y) * distance2 / cosLight;
-        }
+        s.material = triangleIndices(head.y).w;
+        s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
     } else if (kEnvironmentLight && head.x == kLightEnvironment) {
         s.direction = sampleEnvironment(scene.environment, u.yz, s.uv0, s.density);
         s.distance = scene.environmentDistance;
@@ -70,7 +68,7 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             const vec3 offset = where.xyz - position;
             s.distance = length(offset);
             s.direction = offset / max(s.distance, 1e-30);
-            float falloff = punctualFalloff(s.distance, where.w);
+            float falloff = distanceFalloff(s.distance * s.distance, where.w);
             if (head.x == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, power.w);
             s.radiance = power.xyz * falloff;
         }

@@ -76,7 +76,7 @@ vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach) {
         a.offset = 0;
         a.flags = 0;
         a.gradient = scene.environment.gradient;
-        a.texels = environmentTexels(uv0, scene.environment.width, scene.environment.height);
+        a.texels = environmentTexelWeights(uv0, scene.environment.width, scene.environment.height);
     } else {
         if (!kDiffEmission) return vec3(0);
         a = slotAddress(material, kSlotEmission, uv0, uv1);
