@@ -230,7 +230,9 @@ KernelInterface reflect(std::span<const std::uint32_t> words, std::span<const st
     for (const auto& [key, operand] : module.decorations)
         if (key.second == DecorationSpecId)
             result.specIds.push_back(operand);
+    // The compiler writes two constants of one id where a workgroup size is specialized and also read.
     std::sort(result.specIds.begin(), result.specIds.end());
+    result.specIds.erase(std::unique(result.specIds.begin(), result.specIds.end()), result.specIds.end());
     result.localSize = readLocalSize(module);
     return result;
 }
