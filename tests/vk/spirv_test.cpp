@@ -43,6 +43,12 @@ TEST(Reflection, SpecializedLocalSize) {
     EXPECT_EQ(interface.pushBytes, 0u);
 }
 
+TEST(Reflection, OneBindingDeclaredTwice) {
+    const KernelInterface interface = reflect(spirv("aliased"));
+    ASSERT_EQ(interface.bindings.size(), 1u);
+    EXPECT_EQ(interface.bindings[0].number, 2u);
+}
+
 TEST(Reflection, VariantsDiffer) {
     const KernelInterface full = reflect(spirv("sum_fixed")), portable = reflect(findKernel("sum_fixed").portable);
     EXPECT_TRUE(full.int64Atomics);
