@@ -6,6 +6,8 @@ CMPG_SHARED_BEGIN
 
 CMPG_CONST kNone = 0xffffffffu;
 
+CMPG_CONST kTraceChunk = 256; // rays a workgroup of trace_closest or trace_shadow takes
+
 // A ray to be continued. Queue index = slot of the vertex it will create in this bounce's pool.
 struct Ray {
     vec3 origin;
@@ -27,6 +29,23 @@ struct ShadowRay {
     float distance; // the segment is open at both ends: occluders lie in (0, distance)
     vec3 direction; // unit length
     uint slot; // vertex it belongs to
+};
+
+// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, folded into y above 65 535.
+struct QueueCounts {
+    uint rays;
+    uint shadowRays;
+    uint reserved0, reserved1;
+    uvec3 rayGroups;
+    uint reserved2;
+    uvec3 shadowGroups;
+    uint reserved3;
+};
+
+// Push constants of trace_closest and trace_shadow.
+struct TracePush {
+    uint bounce; // index of the QueueCounts
+    uint count;  // upper bound of the number of rays; 0: do nothing
 };
 
 CMPG_SHARED_END
