@@ -4,6 +4,7 @@
 #include "optimize/ordered_sum.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace cmpg {
@@ -15,16 +16,14 @@ constexpr std::size_t kChunk = 1 << 15; // texels
 // through them.
 constexpr float kTiny = 1e-30f;
 
+// One entry's state in and out; the result is what is subtracted from its value.
 struct AdamStep {
-    float beta1, beta2, epsilon, rate, correction; // rate: with the first moment's bias correction; correction: of sqrt(second)
+    float beta1, beta2, epsilon, rate, correction; // rate: with the first moment's bias correction; correction: of sqrt(v)
 
-    float operator()(float g, std::size_t i, Moments& moments) const {
-        float& m = moments.first[i];
-        float& v = moments.second[i];
+    float operator()(float g, float& m, float& v) const {
         m = beta1 * m + (1 - beta1) * g;
+        m = std::abs(m) < kTiny ? 0.f : m;
         v = beta2 * v + (1 - beta2) * g * g;
-        if (std::abs(m) < kTiny)
-            m = 0;
         return rate * m / (std::sqrt(v) * correction + epsilon);
     }
 };
@@ -32,11 +31,9 @@ struct AdamStep {
 struct SgdStep {
     float momentum, rate;
 
-    float operator()(float g, std::size_t i, Moments& moments) const {
-        float& m = moments.first[i];
+    float operator()(float g, float& m, float&) const {
         m = momentum * m + g;
-        if (std::abs(m) < kTiny)
-            m = 0;
+        m = std::abs(m) < kTiny ? 0.f : m;
         return rate * m;
     }
 };
@@ -58,16 +55,20 @@ std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments&
     const std::size_t channels = parameter.channels;
     const bool unit = parameter.kind == SlotKind::Normal && channels == 3;
     float* values = parameter.values.data();
+    float* first = moments.first.data();
+    float* second = moments.second.empty() ? moments.first.data() : moments.second.data(); // SGD reads it, to no effect
     return orderedSum<std::uint64_t>(parameter.entries() / channels, kChunk, [&](std::size_t begin, std::size_t end) {
         std::uint64_t skipped = 0;
         for (std::size_t i = begin * channels; i < end * channels; ++i) {
             const float g = float(gradient[i]);
             // Also refuses gradients whose square overflows: they would freeze the entry for good.
-            if (!std::isfinite(g * g)) {
-                ++skipped;
-                continue;
-            }
-            values[i] = std::clamp(values[i] - step(g, i, moments), lowest, highest);
+            const bool good = g * g <= std::numeric_limits<float>::max();
+            float m = first[i], v = second[i];
+            const float moved = std::clamp(values[i] - step(good ? g : 0.f, m, v), lowest, highest);
+            values[i] = good ? moved : values[i];
+            second[i] = good ? v : second[i];
+            first[i] = good ? m : first[i];
+            skipped += !good;
         }
         if (unit)
             for (std::size_t texel = begin; texel < end; ++texel)

@@ -10,13 +10,22 @@ namespace {
 
 constexpr std::size_t kChunkRows = 16;
 
-struct Pair {
-    double value, derivative; // derivative by the difference
-};
-
-Pair smoothAbs(double d) {
-    const double root = std::sqrt(d * d + kTotalVariationEpsilon * kTotalVariationEpsilon);
-    return {d * d / (root + kTotalVariationEpsilon), d / root}; // = root - eps, without the cancellation
+// For the pairs (from[i], to[i]): adds the smoothed |to - from| up, and leaves its derivatives by `to` in `derivative`.
+double pairs(const float* from, const float* to, std::size_t count, double* derivative) {
+    constexpr std::size_t kLane = 256; // values apart from their sum, so that the loop with the roots can be vectorised
+    double value[kLane], sum = 0;
+    for (std::size_t begin = 0; begin < count; begin += kLane) {
+        const std::size_t n = std::min(kLane, count - begin);
+        for (std::size_t i = 0; i < n; ++i) {
+            const double d = double(to[begin + i]) - double(from[begin + i]);
+            const double root = std::sqrt(d * d + kTotalVariationEpsilon * kTotalVariationEpsilon);
+            value[i] = root - kTotalVariationEpsilon;
+            derivative[begin + i] = d / root;
+        }
+        for (std::size_t i = 0; i < n; ++i)
+            sum += value[i];
+    }
+    return sum;
 }
 
 } // namespace
@@ -28,38 +37,33 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
     const bool wrapV = height > 1 && !environment && parameter.wrapV == Wrap::Repeat;
     const double scale = weight / double(parameter.entries());
 
-    // Every row gathers its own gradient, so that no two threads write to one entry; a vertical pair is formed twice and its value
-    // counted by the upper row.
+    // Every row gathers its own gradient, so that no two threads write to one entry. The value of a vertical pair is counted by the
+    // upper row; its derivative is handed down, and formed again only where a range of rows begins.
     const double sum = orderedSum<double>(height, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        const auto values = [&](std::size_t y) { return parameter.values.data() + (y % height) * row; };
+        std::vector<double> across(row), above(row), below(row);
+        if (begin > 0 || wrapV)
+            pairs(values(begin + height - 1), values(begin), row, above.data());
         double total = 0;
         for (std::size_t y = begin; y < end; ++y) {
-            const float* here = parameter.values.data() + y * row;
             double* out = gradient.data() + y * row;
-            const auto horizontal = [&](std::size_t left, std::size_t right) {
-                const Pair pair = smoothAbs(double(here[right]) - here[left]);
-                total += pair.value;
-                out[left] -= scale * pair.derivative;
-                out[right] += scale * pair.derivative;
-            };
-            for (std::size_t i = channels; i < row; ++i)
-                horizontal(i - channels, i);
+            total += pairs(values(y), values(y) + channels, row - channels, across.data());
             if (wrapU)
-                for (std::size_t c = 0; c < channels; ++c)
-                    horizontal(row - channels + c, c);
+                total += pairs(values(y) + row - channels, values(y), channels, across.data() + row - channels);
+            for (std::size_t i = 0; i < row; ++i)
+                out[i] -= scale * across[i];
+            for (std::size_t i = 0; i < channels; ++i)
+                out[i] += scale * across[row - channels + i];
+            for (std::size_t i = channels; i < row; ++i)
+                out[i] += scale * across[i - channels];
 
-            if (y + 1 < height || wrapV) {
-                const float* below = parameter.values.data() + (y + 1 < height ? y + 1 : 0) * row;
-                for (std::size_t i = 0; i < row; ++i) {
-                    const Pair pair = smoothAbs(double(below[i]) - here[i]);
-                    total += pair.value;
-                    out[i] -= scale * pair.derivative;
-                }
-            }
-            if (y > 0 || wrapV) {
-                const float* above = parameter.values.data() + (y > 0 ? y - 1 : height - 1) * row;
-                for (std::size_t i = 0; i < row; ++i)
-                    out[i] += scale * smoothAbs(double(here[i]) - above[i]).derivative;
-            }
+            if (y + 1 < height || wrapV)
+                total += pairs(values(y), values(y + 1), row, below.data());
+            else
+                std::fill(below.begin(), below.end(), 0.0);
+            for (std::size_t i = 0; i < row; ++i)
+                out[i] += scale * (above[i] - below[i]);
+            std::swap(above, below);
         }
         return total;
     });

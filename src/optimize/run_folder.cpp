@@ -90,7 +90,7 @@ void RunFolder::appendStep(const StepReport& report) {
         throw Error(ExitCode::Output, "cannot write " + (path_ / "loss.csv").string(), "the disk is full or the folder was removed");
 }
 
-void RunFolder::writeFinal(Optimization& run, std::uint32_t spp) {
+void RunFolder::writeImages(Optimization& run, std::uint32_t spp) {
     const std::size_t views = run.config().targets.size();
     final_.clear();
     for (std::size_t view = 0; view < views; ++view) {
@@ -110,6 +110,9 @@ void RunFolder::writeFinal(Optimization& run, std::uint32_t spp) {
         const std::string name = "gradients/" + parameterFileName(parameter.name) + ".exr";
         writeImage(name, path_ / name, parameterImage(parameter, run.gradients()[i]));
     }
+}
+
+void RunFolder::writeScene(const Optimization& run) {
     exportGltf(run.scene(), run.parameters(), path_);
     outputs_.emplace_back("scene.gltf", path_ / "scene.gltf");
     outputs_.emplace_back("parameters", path_ / "parameters");

@@ -24,8 +24,14 @@ class RunFolder {
     // Initial images: before the first step.
     void writeInitial(Optimization& run, std::uint32_t spp);
     void appendStep(const StepReport& report);
-    // Final images, differences, gradients and scene; equally at the end and after an interruption.
-    void writeFinal(Optimization& run, std::uint32_t spp);
+    // All results; equally at the end and after an interruption.
+    void writeFinal(Optimization& run, std::uint32_t spp) {
+        writeScene(run);
+        writeImages(run, spp);
+    }
+    // Its two parts. The scene comes first: it is what must not get lost.
+    void writeScene(const Optimization& run);
+    void writeImages(Optimization& run, std::uint32_t spp); // final, difference, gradients
 
     const std::filesystem::path& path() const { return path_; }
     // For --json and run.json: what was written so far, "initial" -> path, ...

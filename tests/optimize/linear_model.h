@@ -1,0 +1,165 @@
+// An image model whose images and derivatives are known: pixel = A p, plus noise that averages out.
+#pragma once
+
+#include "optimize/image_model.h"
+#include "optimize/target.h"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace cmpg::test {
+
+// Each view has a matrix of its own. Noise of a sample: derivative and value times (1 + noise * N(0,1)).
+class LinearModel final : public ImageModel {
+  public:
+    struct Call {
+        char kind; // 'p' primal, 'g' gradient
+        std::size_t view;
+        PassKey key;
+        std::uint64_t samples;
+    };
+
+    // Optimises `scene`'s parameters 0 .. n-1, all of them.
+    LinearModel(const Scene& scene, std::size_t views, int width, int height, double noise)
+        : views_(views), width_(width), height_(height), noise_(noise) {
+        for (const Parameter& parameter : scene.parameters)
+            parameters_.push_back(parameter.values);
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> uniform(0, 1);
+        for (std::size_t view = 0; view < views; ++view) {
+            // Every pixel value sees two entries of each parameter, the second parameter with changing sign: the matrix is well
+            // conditioned, yet not diagonal.
+            for (std::size_t i = 0; i < values(); ++i)
+                rows_.push_back({0.5 + uniform(random), 0.5 * uniform(random), 2 * uniform(random) - 1, std::uint32_t(random())});
+        }
+    }
+
+    std::size_t views() const override { return views_; }
+    std::pair<int, int> size(std::size_t) const override { return {width_, height_}; }
+
+    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override {
+        calls.push_back({'p', view, key, spp * std::uint64_t(width_) * height_});
+        std::mt19937_64 random = generator(key);
+        std::normal_distribution<double> normal;
+        Image image(width_, height_, 3);
+        for (std::size_t i = 0; i < values(); ++i) {
+            double sum = 0;
+            for (std::size_t k = 0; k < parameters_.size(); ++k)
+                for (const auto& [entry, factor] : terms(view, i, k))
+                    sum += factor * parameters_[k][entry];
+            image.values[i] = float(sum * (1 + noise_ / std::sqrt(double(spp)) * normal(random)));
+        }
+        if (breakImage)
+            breakImage(image);
+        return image;
+    }
+
+    void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
+                 std::span<const float> weights, std::vector<std::vector<double>>& gradients) override {
+        std::mt19937_64 random = generator(key);
+        std::normal_distribution<double> normal;
+        std::uint64_t samples = 0;
+        for (std::size_t i = 0; i < values(); ++i) {
+            const std::uint32_t count = perPixel.empty() ? spp : perPixel[i / 3];
+            const double weight = perPixel.empty() ? 1.0 / spp : weights[i / 3];
+            samples += i % 3 == 0 ? count : 0;
+            double mean = 0;
+            for (std::uint32_t s = 0; s < count; ++s)
+                mean += weight * (1 + noise_ * normal(random));
+            for (std::size_t k = 0; k < parameters_.size(); ++k)
+                for (const auto& [entry, factor] : terms(view, i, k))
+                    gradients[k][entry] += adjoint.values[i] * factor * mean;
+        }
+        calls.push_back({'g', view, key, samples});
+        if (breakGradients)
+            breakGradients(gradients);
+    }
+
+    void setParameter(std::uint32_t parameter, std::span<const float> v) override { parameters_.at(parameter).assign(v.begin(), v.end()); }
+
+    std::vector<Call> calls;
+    std::function<void(std::vector<std::vector<double>>&)> breakGradients;
+    std::function<void(Image&)> breakImage;
+
+  private:
+    struct Row {
+        double own, other, second;
+        std::uint32_t pick;
+    };
+    std::size_t values() const { return std::size_t(width_) * height_ * 3; }
+
+    // Entries of a parameter a pixel value depends on, with their factors.
+    std::array<std::pair<std::size_t, double>, 2> terms(std::size_t view, std::size_t i, std::size_t parameter) const {
+        const Row& row = rows_[view * values() + i];
+        const std::size_t entries = parameters_[parameter].size();
+        const double factor = parameter == 1 ? row.second : 1;
+        return {{{i % entries, factor * row.own}, {row.pick % entries, factor * row.other}}};
+    }
+
+    static std::mt19937_64 generator(const PassKey& key) {
+        std::seed_seq seed{std::uint32_t(key.seed), std::uint32_t(key.seed >> 32), key.step, key.pass};
+        return std::mt19937_64(seed);
+    }
+
+    std::size_t views_;
+    int width_, height_;
+    double noise_;
+    std::vector<std::vector<float>> parameters_;
+    std::vector<Row> rows_;
+};
+
+inline Parameter makeParameter(const std::string& name, SlotKind kind, std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+                               float value) {
+    Parameter parameter;
+    parameter.name = name;
+    parameter.kind = kind;
+    parameter.width = width;
+    parameter.height = height;
+    parameter.channels = channels;
+    parameter.textured = width * height > 1;
+    parameter.values.assign(parameter.entries(), value);
+    return parameter;
+}
+
+// A texture and a constant that start wrong.
+inline Scene makeScene() {
+    Scene scene;
+    scene.parameters.push_back(makeParameter("wall.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f));
+    scene.parameters.push_back(makeParameter("lamp.emission", SlotKind::Emission, 1, 1, 3, 1.0f));
+    return scene;
+}
+
+// The same parameters with the values to be found.
+inline Scene makeTruth() {
+    Scene scene = makeScene();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(0.2f, 0.9f);
+    for (Parameter& parameter : scene.parameters)
+        for (float& value : parameter.values)
+            value = uniform(random);
+    return scene;
+}
+
+// Noise-free targets of all views of the truth.
+inline std::vector<Target> makeTargets(std::size_t views, int width, int height) {
+    LinearModel model(makeTruth(), views, width, height, 0);
+    std::vector<Target> targets(views);
+    for (std::size_t view = 0; view < views; ++view) {
+        targets[view].name = "target" + std::to_string(view);
+        targets[view].image = model.render(view, 1, {});
+    }
+    return targets;
+}
+
+inline double rmsError(const Scene& scene) {
+    const Scene truth = makeTruth();
+    double sum = 0, count = 0;
+    for (std::size_t k = 0; k < truth.parameters.size(); ++k)
+        for (std::size_t i = 0; i < truth.parameters[k].values.size(); ++i, ++count)
+            sum += std::pow(double(scene.parameters[k].values[i]) - truth.parameters[k].values[i], 2);
+    return std::sqrt(sum / count);
+}
+
+} // namespace cmpg::test

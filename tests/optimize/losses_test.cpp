@@ -1,0 +1,165 @@
+// Losses against values by hand and adjoints against central differences.
+#include "base/error.h"
+#include "optimize/losses.h"
+#include "optimize/ordered_sum.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace cmpg {
+namespace {
+
+constexpr Loss kAll[] = {Loss::Mse, Loss::L1, Loss::Smape, Loss::RelativeMse};
+
+struct Pair {
+    Image image, target;
+    std::vector<float> mask;
+};
+
+Pair makePair() {
+    Pair pair{Image(7, 5, 3), Image(7, 5, 3), std::vector<float>(35)};
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0, 2);
+    for (float& v : pair.image.values)
+        v = uniform(random);
+    for (float& v : pair.target.values)
+        v = uniform(random);
+    for (std::size_t p = 0; p < pair.mask.size(); ++p)
+        pair.mask[p] = p % 4 == 0 ? 0.f : uniform(random) / 2;
+    return pair;
+}
+
+TEST(Losses, ValuesByHand) {
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::Mse, 3, 1).value, 4);
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::L1, 3, 5).value, 2);
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::Smape, 3, 1).value, 2 / 4.01);
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::RelativeMse, 3, 2).value, 1 / 4.01);
+    // The target rules the denominator: relative-mse is not symmetric, smape is.
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::RelativeMse, 2, 3).value, 1 / 9.01);
+    EXPECT_DOUBLE_EQ(lossTerm(Loss::Smape, 1, 3).value, 2 / 4.01);
+}
+
+TEST(Losses, DerivativesAgreeWithCentralDifferences) {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> uniform(-1, 3);
+    for (const Loss loss : kAll)
+        for (int i = 0; i < 200; ++i) {
+            const double x = uniform(random), y = uniform(random), h = 1e-5;
+            if (std::abs(x - y) < 1e-3 || std::abs(x) < 1e-3)
+                continue; // a kink would lie inside the difference
+            const double numeric = (lossTerm(loss, x + h, y).value - lossTerm(loss, x - h, y).value) / (2 * h);
+            // Truncation is h^2 f'''/6 < 1e-7 (smape near 0 has the largest f'''), rounding 1e-16/h = 1e-11.
+            EXPECT_NEAR(lossTerm(loss, x, y).derivative, numeric, 1e-6 * std::max(1.0, std::abs(numeric))) << lossName(loss) << " " << x << " " << y;
+        }
+}
+
+TEST(Losses, MeanOverUnmaskedPixelsAndChannels) {
+    const Pair pair = makePair();
+    for (const Loss loss : kAll)
+        for (const bool masked : {false, true}) {
+            double sum = 0, total = 0;
+            for (std::size_t p = 0; p < 35; ++p)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double w = masked ? pair.mask[p] : 1.0;
+                    sum += w * lossTerm(loss, pair.image.values[3 * p + c], pair.target.values[3 * p + c]).value;
+                    total += w;
+                }
+            const LossResult result = evaluateLoss(loss, pair.image, pair.target, masked ? std::span<const float>(pair.mask) : std::span<const float>());
+            EXPECT_NEAR(result.value, sum / total, 1e-13);
+            for (std::size_t p = 0; p < 35; ++p)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double w = masked ? pair.mask[p] : 1.0;
+                    const double expected = w * lossTerm(loss, pair.image.values[3 * p + c], pair.target.values[3 * p + c]).derivative / total;
+                    EXPECT_NEAR(result.adjoint.values[3 * p + c], expected, 1e-7 * std::abs(expected)); // one float rounding
+                }
+        }
+}
+
+TEST(Losses, AdjointOfTheWholeImageAgreesWithCentralDifferences) {
+    for (const Loss loss : kAll) {
+        Pair pair = makePair();
+        const Image adjoint = evaluateLoss(loss, pair.image, pair.target, pair.mask).adjoint;
+        for (std::size_t i = 0; i < pair.image.values.size(); ++i) {
+            const float x = pair.image.values[i];
+            if (std::abs(x - pair.target.values[i]) < 0.01f || x < 0.01f)
+                continue;
+            pair.image.values[i] = x + 1e-4f;
+            const double up = pair.image.values[i], above = evaluateLoss(loss, pair.image, pair.target, pair.mask).value;
+            pair.image.values[i] = x - 1e-4f;
+            const double down = pair.image.values[i], below = evaluateLoss(loss, pair.image, pair.target, pair.mask).value;
+            pair.image.values[i] = x;
+            // 1e-6 of the largest possible derivative of one value; the division by up - down takes out the rounding of x +- h.
+            EXPECT_NEAR(adjoint.values[i], (above - below) / (up - down), 1e-6) << lossName(loss);
+        }
+    }
+}
+
+TEST(Losses, MaskedPixelsDoNotMatterWhateverTheyHold) {
+    Pair pair = makePair();
+    const LossResult before = evaluateLoss(Loss::Smape, pair.image, pair.target, pair.mask);
+    pair.target.values[0] = std::nanf("");
+    pair.image.values[1] = INFINITY;
+    const LossResult after = evaluateLoss(Loss::Smape, pair.image, pair.target, pair.mask);
+    EXPECT_EQ(before.value, after.value);
+    EXPECT_EQ(before.adjoint.values, after.adjoint.values);
+    EXPECT_EQ(after.nonFinite, 0u);
+}
+
+TEST(Losses, NonFinitePixelsAreCountedAndLeftOut) {
+    Pair pair = makePair();
+    pair.image.values[5] = std::nanf("");
+    pair.image.values[9] = -INFINITY;
+    const LossResult result = evaluateLoss(Loss::Mse, pair.image, pair.target);
+    EXPECT_EQ(result.nonFinite, 2u);
+    EXPECT_TRUE(std::isfinite(result.value));
+    for (const std::size_t i : {3u, 4u, 5u, 9u, 10u, 11u})
+        EXPECT_EQ(result.adjoint.values[i], 0);
+}
+
+TEST(Losses, RefusesWhatCannotBeCompared) {
+    const Image image(4, 4, 3), other(4, 5, 3);
+    EXPECT_THROW(evaluateLoss(Loss::Mse, image, other), Error);
+    EXPECT_THROW(evaluateLoss(Loss::Mse, image, image, std::vector<float>(15, 1.f)), Error);
+    EXPECT_THROW(evaluateLoss(Loss::Mse, image, image, std::vector<float>(16, 0.f)), Error);
+}
+
+TEST(Losses, NamesGoBothWays) {
+    for (const Loss loss : kAll)
+        EXPECT_EQ(parseLoss(lossName(loss)), loss);
+    try {
+        parseLoss("mean");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, ExitCode::Usage);
+        EXPECT_NE(error.remedy.find("relative-mse"), std::string::npos);
+    }
+}
+
+TEST(OrderedSum, AddsFixedChunksInOrder) {
+    // Values whose sum depends on the order in the last bits.
+    std::vector<double> values(10007);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> exponent(-20, 20);
+    for (double& v : values)
+        v = std::exp(exponent(random));
+    double expected = 0;
+    for (std::size_t begin = 0; begin < values.size(); begin += 100) {
+        double part = 0;
+        for (std::size_t i = begin; i < std::min(begin + 100, values.size()); ++i)
+            part += values[i];
+        expected += part;
+    }
+    for (int repeat = 0; repeat < 20; ++repeat)
+        ASSERT_EQ(orderedSum<double>(values.size(), 100,
+                                     [&](std::size_t begin, std::size_t end) {
+                                         double part = 0;
+                                         for (std::size_t i = begin; i < end; ++i)
+                                             part += values[i];
+                                         return part;
+                                     }),
+                  expected);
+}
+
+} // namespace
+} // namespace cmpg

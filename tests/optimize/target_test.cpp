@@ -1,0 +1,88 @@
+// Targets from files: decoding, masks, exposure, refusals.
+#include "base/error.h"
+#include "optimize/target.h"
+
+#include <gtest/gtest.h>
+
+namespace cmpg {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TargetFiles : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("cmpg_target_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    fs::path folder_;
+};
+
+TEST_F(TargetFiles, ExrIsTakenAsItIsTimesTheExposure) {
+    Image image(3, 2, 3);
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        image.values[i] = float(i) * 0.37f;
+    writeExr(folder_ / "t.exr", image);
+    EXPECT_EQ(loadTarget(folder_ / "t.exr").image.values, image.values);
+    EXPECT_TRUE(loadTarget(folder_ / "t.exr").mask.empty());
+    const Target brighter = loadTarget(folder_ / "t.exr", {.mask = {}, .exposure = 2});
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        EXPECT_FLOAT_EQ(brighter.image.values[i], 4 * image.values[i]);
+}
+
+TEST_F(TargetFiles, EightBitIsDecodedAndClippedPixelsDoNotCount) {
+    Image image(2, 2, 3, 0.5f);
+    image.values[4] = 1; // one channel of pixel 1
+    image.values[6] = 0; // black is a value, not a clipped one
+    writePng(folder_ / "t.png", image);
+    const Target target = loadTarget(folder_ / "t.png");
+    EXPECT_NEAR(target.image.values[0], 0.5f, 0.003f); // one 8-bit step of the sRGB curve there
+    EXPECT_EQ(target.mask, (std::vector<float>{1, 0, 1, 1}));
+    EXPECT_EQ(target.clipped, 1u);
+}
+
+TEST_F(TargetFiles, AlphaAndMaskMultiply) {
+    std::vector<std::pair<std::string, Image>> layers;
+    for (const char* name : {"R", "G", "B"})
+        layers.emplace_back(name, Image(2, 2, 1, 0.25f));
+    Image alpha(2, 2, 1);
+    alpha.values = {1, 0.5f, 0, 1};
+    layers.emplace_back("A", alpha);
+    writeExrLayers(folder_ / "t.exr", layers);
+    EXPECT_EQ(loadTarget(folder_ / "t.exr").mask, alpha.values);
+
+    Image mask(2, 2, 3, 0.5f);
+    mask.values[0] = mask.values[1] = mask.values[2] = 3; // beyond 1 is 1
+    writeExr(folder_ / "mask.exr", mask);
+    EXPECT_EQ(loadTarget(folder_ / "t.exr", {.mask = folder_ / "mask.exr", .exposure = 0}).mask, (std::vector<float>{1, 0.25f, 0, 0.5f}));
+}
+
+TEST_F(TargetFiles, RefusesMasksOfAnotherSizeAndTargetsWithNothingLeft) {
+    writeExr(folder_ / "t.exr", Image(4, 3, 3, 1.f));
+    writeExr(folder_ / "small.exr", Image(2, 2, 3, 1.f));
+    writeExr(folder_ / "black.exr", Image(4, 3, 3, 0.f));
+    for (const char* mask : {"small.exr", "black.exr"})
+        try {
+            loadTarget(folder_ / "t.exr", {.mask = folder_ / mask, .exposure = 0});
+            FAIL() << mask;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code, ExitCode::Input);
+            EXPECT_FALSE(error.remedy.empty());
+        }
+    EXPECT_THROW(loadTarget(folder_ / "missing.exr"), Error);
+}
+
+TEST_F(TargetFiles, OverflowingExposureDoesNotReachTheLoss) {
+    Image image(2, 1, 3, 1.f);
+    image.values[0] = 1e38f;
+    writeExr(folder_ / "t.exr", image);
+    const Target target = loadTarget(folder_ / "t.exr", {.mask = {}, .exposure = 10});
+    EXPECT_EQ(target.invalid, 1u);
+    EXPECT_EQ(target.mask, (std::vector<float>{0, 1}));
+}
+
+} // namespace
+} // namespace cmpg
