@@ -48,12 +48,12 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
     // What may change is kept as floats from here on.
     for (std::uint32_t p : parameters)
         if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
-    device_.emplace(Device::Options{.select = options.device});
 }
 
 void Session::prepare(const View& view) {
     report_.width = view.width;
     report_.height = view.height;
+    if (!device_) device_.emplace(Device::Options{.select = options_.device});
     RenderConfig config;
     config.differentiable = parameters;
     config.maxDepth = options_.maxDepth.value_or(scene.maxDepth);
