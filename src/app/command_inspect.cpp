@@ -72,14 +72,14 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
 
 // Builds the renderer as a rendering would, with every parameter that --param selects differentiable.
 void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    session.prepare(viewOf(options, session.scene, ""));
+    session.prepare(viewOf(options, session.scene, ""), {});
     auto& features = report.extra["features"] = nlohmann::ordered_json::array();
     out << "features:\n";
     for (const std::string& line : session.renderer().describeFeatures()) {
         out << "  " << line << '\n';
         features.push_back(line);
     }
-    session.finish({});
+    session.finish();
     auto& buffers = report.extra["buffers"] = nlohmann::ordered_json::object();
     out << "device memory:\n";
     for (const auto& [name, bytes] : session.deviceMemory().buffers) {

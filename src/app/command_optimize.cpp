@@ -8,6 +8,7 @@
 #include "app/targets.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
+#include "optimize/renderer_model.h"
 #include "optimize/run_folder.h"
 
 #include <algorithm>
@@ -102,7 +103,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
-    session.prepare(views.views.front());
+    session.prepare(views.views.front(), options.output);
     RendererModel model(session.renderer(), views.views);
     config.stop = &stopOnInterrupt();
 
@@ -128,7 +129,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     folder.writeFinal(run, pictureSpp);
     for (const auto& [name, path] : folder.outputs()) report.outputs.emplace_back(name, path.string());
     writeContactSheet(options, run, folder, views, report);
-    session.finish(options.output);
+    session.finish();
     if (!options.quiet) textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
     return done ? ExitCode::Done : ExitCode::Interrupted;
 }

@@ -50,7 +50,7 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
         if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
 }
 
-void Session::prepare(const View& view) {
+void Session::prepare(const View& view, const std::filesystem::path& folder) {
     report_.width = view.width;
     report_.height = view.height;
     if (!device_) device_.emplace(Device::Options{.select = options_.device});
@@ -62,12 +62,13 @@ void Session::prepare(const View& view) {
     config.memoryBudget = options_.memory << 20;
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
-}
-
-void Session::finish(const std::filesystem::path& folder, const Image* result) {
-    report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);
     if (!folder.empty()) writeRunJson(options_, folder, report_);
+}
+
+void Session::finish(const Image* result) {
+    report_.addStatistics(renderer_->statistics());
+    report_.addDevice(*device_);
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped) {
         if (count == 0) continue;
