@@ -77,7 +77,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         target = chosen.target;
     }
     const View view = viewOf(options, session.scene, camera, options.target.empty() ? &adjoint : &target.image);
-    session.prepare(view);
+    session.prepare(view, single ? folderOf(options.output) : std::filesystem::path(options.output));
     if (!options.target.empty()) adjoint = adjointOfLoss(options, report, session, view, target);
 
     const Stopwatch watch;
@@ -91,7 +91,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     report.seconds.gradient = watch.seconds();
 
     writeGradients(options, report, session, gradients);
-    session.finish(single ? folderOf(options.output) : std::filesystem::path(options.output));
+    session.finish();
     return ExitCode::Done;
 }
 
@@ -136,19 +136,19 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;          // many renders, compared by blocks
     const View view = viewOf(options, session.scene, "", nullptr, options.check ? kCheckWidth : 512);
-    session.prepare(view);
+    session.prepare(view, options.output.empty() ? std::filesystem::path() : folderOf(options.output));
     bool agrees = true;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();
         for (std::uint32_t p : session.parameters) agrees = checkParameter(options, report, session, view, p) && agrees;
     }
     if (options.output.empty()) {
-        session.finish({});
+        session.finish();
     } else {
         const Image gradient = forward(options, report, session, view);
         writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
-        session.finish(folderOf(options.output), &gradient);
+        session.finish(&gradient);
     }
     return agrees ? ExitCode::Done : ExitCode::CheckFailed;
 }

@@ -31,7 +31,7 @@ ExitCode runRender(const Options& options, Report& report) {
     if (!options.layers.empty()) requireWritableFile(options.layers, ".exr");
     Session session(options, report);
     const View view = viewOf(options, session.scene, "");
-    session.prepare(view);
+    session.prepare(view, folderOf(options.output));
 
     const Stopwatch watch;
     Layers layers;
@@ -44,7 +44,7 @@ ExitCode runRender(const Options& options, Report& report) {
         writeLayers(options.layers, layers);
         report.outputs.emplace_back("layers", options.layers);
     }
-    session.finish(folderOf(options.output), &image);
+    session.finish(&image);
     return ExitCode::Done;
 }
 

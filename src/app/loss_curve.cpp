@@ -48,7 +48,8 @@ void logarithmicTicks(CurveAxes& axes) {
 
 void linearTicks(CurveAxes& axes) {
     const double distance = tickDistance(axes.high - axes.low);
-    for (double i = std::ceil(axes.low / distance - 1e-9); i * distance <= axes.high * (1 + 1e-9); ++i) axes.ticks.push_back(i * distance);
+    for (auto i = std::llround(std::ceil(axes.low / distance - 1e-9)); double(i) * distance <= axes.high * (1 + 1e-9); ++i)
+        axes.ticks.push_back(double(i) * distance);
 }
 
 } // namespace

@@ -123,7 +123,8 @@ void addCommands(CLI::App& app, Options& o) {
     optimize->add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")->option_text(kind("F", "0.1"));
     optimize->add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")->option_text(kind("W", "0"));
 
-    addCommand(app, o, Command::Inspect, "Cameras, materials, parameters, features and memory of a scene", scene);
+    CLI::App* inspect = addCommand(app, o, Command::Inspect, "Cameras, materials, parameters, features and memory of a scene", scene);
+    inspect->add_option("--param", o.param, "Parameter that is to be differentiable, for features and memory. Repeats")->option_text("P")->allow_extra_args(false);
 
     CLI::App* view = addCommand(app, o, Command::View, "Make an EXR image into a PNG to look at: -o FILE.png", "Image");
     view->add_flag("--signed", o.isSigned, "Signed data: blue below zero, orange above, with the scale");

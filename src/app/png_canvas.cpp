@@ -63,7 +63,6 @@ void Canvas::picture(int x, int y, int width, int height, const Image& image) {
     if (scale > 1) scale = std::floor(scale); // whole blocks, so that pixels stay visible as such
     const int w = std::max(1, int(image.width * scale)), h = std::max(1, int(image.height * scale));
     x += (width - w) / 2;
-    y += (height - h) / 2;
     for (int j = 0; j < h; ++j)
         for (int i = 0; i < w; ++i)
             set(x + i, y + j,

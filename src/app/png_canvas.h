@@ -26,7 +26,8 @@ class Canvas {
     void line(double x0, double y0, double x1, double y1, Color color, int thickness = 1);
     // Top left corner of the text; `zoom` pixels per font pixel.
     void text(int x, int y, std::string_view text, Color color = kBlack, int zoom = 1);
-    // `image` has 3 channels. Its pixels become blocks, or are averaged, to fit into width x height with their aspect kept, centred.
+    // `image` has 3 channels. Its pixels become blocks, or are averaged, to fit into width x height with their aspect kept: at its
+    // top, centred across.
     void picture(int x, int y, int width, int height, const Image& image);
 
     static int textWidth(std::string_view text, int zoom = 1);

@@ -48,12 +48,12 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
     // What may change is kept as floats from here on.
     for (std::uint32_t p : parameters)
         if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
-    device_.emplace(Device::Options{.select = options.device});
 }
 
-void Session::prepare(const View& view) {
+void Session::prepare(const View& view, const std::filesystem::path& folder) {
     report_.width = view.width;
     report_.height = view.height;
+    if (!device_) device_.emplace(Device::Options{.select = options_.device});
     RenderConfig config;
     config.differentiable = parameters;
     config.maxDepth = options_.maxDepth.value_or(scene.maxDepth);
@@ -62,12 +62,13 @@ void Session::prepare(const View& view) {
     config.memoryBudget = options_.memory << 20;
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
-}
-
-void Session::finish(const std::filesystem::path& folder, const Image* result) {
-    report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);
     if (!folder.empty()) writeRunJson(options_, folder, report_);
+}
+
+void Session::finish(const Image* result) {
+    report_.addStatistics(renderer_->statistics());
+    report_.addDevice(*device_);
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped) {
         if (count == 0) continue;

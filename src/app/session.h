@@ -15,17 +15,19 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
 
 class Session {
   public:
-    // Scene first and device last: bad input is reported without waiting for a device. Adds its times to the report.
+    // Reads the scene; no device yet.
     Session(const Options& options, Report& report);
 
     Scene scene;
     std::vector<std::uint32_t> parameters; // selected by --param
-    Renderer& renderer() { return *renderer_; }
-    // Builds the renderer for the scene as it is now. The report takes up the view's size.
-    void prepare(const View& view);
-    // Device times, memory and statistics go to the report, run.json into `folder` unless it is empty; the warnings to stderr. Error(Numerical) if a
-    // substantial part of the contributions was lost, or `result` holds values that are not finite.
-    void finish(const std::filesystem::path& folder, const Image* result = nullptr);
+    // Opens the device and builds the renderer for the scene as it is now: after all other input was checked, which needs no device.
+    // The report takes up the view's size and the times so far; run.json goes into `folder` unless it is empty.
+    void prepare(const View& view, const std::filesystem::path& folder);
+    Renderer& renderer() { return *renderer_; } // after prepare()
+    const MemoryUse& deviceMemory() const { return device_->memory(); }
+    // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the
+    // contributions was lost, or `result` holds values that are not finite.
+    void finish(const Image* result = nullptr);
 
   private:
     const Options& options_;

@@ -24,7 +24,7 @@ constexpr double kChroma = 0.11; // both hues reach it inside sRGB at every ligh
 
 double roundUpTwoDigits(double value) {
     const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
-    return std::ceil(value / unit - 1e-9) * unit;
+    return std::ceil(value / unit - 1e-5) * unit; // 0.3f is a little more than 0.3
 }
 
 } // namespace
