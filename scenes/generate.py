@@ -52,7 +52,7 @@ def door():
     g.material("frame", (0.16, 0.10, 0.06))
     g.material("plinth", (0.60, 0.60, 0.62))
     g.material("ball", (0.25, 0.38, 0.52))
-    g.material("lamp", (0.5, 0.5, 0.5), emission=(4200, 3500, 2700))
+    g.material("lamp", (0.5, 0.5, 0.5), emission=(6000, 5000, 3850))
     near, far, height, hinge, top = 2.0, -2.0, 2.6, 0.0, 2.05
     opening = hinge - 0.9
     g.mesh("floor", Mesh().quad((-2, 0, near), (2, 0, near), (2, 0, far), (-2, 0, far)), "floor")
@@ -72,7 +72,7 @@ def door():
     hall.quad((2.1, 0, far), (3.4, 0, far), (3.4, height, far), (2.1, height, far))
     hall.quad((3.4, 0, near), (2.1, 0, near), (2.1, height, near), (3.4, height, near))
     g.mesh("corridor", hall, "corridor")
-    leaf = Mesh().box((-0.045, 0, -0.9), (0, top, 0)).transform(rotation("y", 24), (2, 0, hinge))
+    leaf = Mesh().box((-0.045, 0, -0.9), (0, top, 0)).transform(rotation("y", 17), (2, 0, hinge))
     g.mesh("door", leaf, "door")
     g.mesh("frame", Mesh().box((-0.75, 0.80, far), (0.75, 2.30, far + 0.05), without="z-"), "frame")
     g.mesh("painting", Mesh().quad((-0.68, 0.87, far + 0.055), (0.68, 0.87, far + 0.055), (0.68, 2.23, far + 0.055),
