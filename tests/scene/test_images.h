@@ -14,6 +14,7 @@
 namespace cmpg::test {
 
 inline void savePng(const std::filesystem::path& file, int width, int height, int channels, const std::vector<std::uint8_t>& codes) {
+    std::filesystem::create_directories(file.parent_path());
     stbi_write_png(file.c_str(), width, height, channels, codes.data(), width * channels);
 }
 
