@@ -24,16 +24,18 @@ layout(constant_id = kFeatureLayers) const bool kLayers = false;
 layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
 layout(constant_id = kFeatureThreads) const uint kThreads = 1;
 
+// Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;
 const bool kDerivatives = kMode != kModeRender;
 const bool kLightSampling = kTriangleLights || kPunctualLights || kEnvironmentLight;
-const bool kDiffBaseColor = kDerivatives && (kDifferentiated & (1u << kSlotBaseColor)) != 0;
-const bool kDiffRoughness = kDerivatives && (kDifferentiated & (1u << kSlotRoughness)) != 0;
-const bool kDiffMetallic = kDerivatives && (kDifferentiated & (1u << kSlotMetallic)) != 0;
-const bool kDiffSpecular = kDerivatives && (kDifferentiated & (1u << kSlotSpecular)) != 0;
-const bool kDiffEmission = kDerivatives && (kDifferentiated & (1u << kSlotEmission)) != 0;
-const bool kDiffNormal = kDerivatives && (kDifferentiated & (1u << kSlotNormal)) != 0;
-const bool kDiffEnvironment = kDerivatives && (kDifferentiated & (1u << kSlotsPerMaterial)) != 0;
-const bool kDiffLight = kDiffEmission || kDiffEnvironment; // a light sample's own radiance is differentiated
-const bool kDiffSurface = kDiffBaseColor || kDiffRoughness || kDiffMetallic || kDiffSpecular || kDiffNormal;
+const bool kDiffBaseColor = (kDifferentiated & (1u << kSlotBaseColor)) != 0;
+const bool kDiffRoughness = (kDifferentiated & (1u << kSlotRoughness)) != 0;
+const bool kDiffMetallic = (kDifferentiated & (1u << kSlotMetallic)) != 0;
+const bool kDiffSpecular = (kDifferentiated & (1u << kSlotSpecular)) != 0;
+const bool kDiffEmission = (kDifferentiated & (1u << kSlotEmission)) != 0;
+const bool kDiffNormal = (kDifferentiated & (1u << kSlotNormal)) != 0;
+const bool kDiffEnvironment = (kDifferentiated & (1u << kSlotsPerMaterial)) != 0;
+const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotsPerMaterial;
+const bool kDiffLight = (kDifferentiated & kSlotMaskLight) != 0; // a light sample's own radiance is differentiated
+const bool kDiffSurface = (kDifferentiated & ~kSlotMaskLight) != 0;

@@ -58,7 +58,7 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
 void SceneBuffers::uploadGeometry(Device& device) {
     const Geometry& g = scene_.geometry;
     const std::size_t count = bvh_.order.size();
-    nodes_ = Buffer(device, "bvh nodes", bvh_.nodes.size() * sizeof(bvh_.nodes[0]), MemoryKind::Scene, Texel::Rgba32f);
+    nodes_ = Buffer(device, "bvh nodes", bvh_.nodes.size() * sizeof(bvh_.nodes[0]), MemoryKind::Scene, Texel::Rgba32ui);
     nodes_.uploadAll(bvh_.nodes);
 
     std::vector<glm::vec4> corners(std::max<std::size_t>(1, count) * 3, glm::vec4(0));

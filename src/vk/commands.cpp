@@ -276,8 +276,10 @@ void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindin
     Commands commands(device);
     const std::vector<std::byte> zeros(128);
     // No workgroup is launched; the driver compiles all the same.
-    for (const Kernel* kernel : kernels)
+    for (const Kernel* kernel : kernels) {
         commands.dispatchBytes(*kernel, bindings, 0, std::span(zeros).first(kernel->impl()->interface.pushBytes));
+        commands.barrier(); // they share the dummies
+    }
     commands.submitAndWait();
     device.impl().kernelTimes = times;
 }

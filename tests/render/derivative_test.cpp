@@ -8,7 +8,7 @@ namespace {
 
 const std::vector<std::string> kSlots = {"*.baseColor", "*.roughness", "*.metallic", "*.specular", "*.emission", "*.normal", "environment.radiance"};
 
-std::vector<std::vector<float>> randomDirections(const Setup& s, std::uint32_t seed) {
+std::vector<std::vector<float>> randomDirections(const Bench& s, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1, 1);
     std::vector<std::vector<float>> v = s.ones();
@@ -22,7 +22,7 @@ class SlotDerivative : public testing::TestWithParam<std::string> {};
 
 // <Jv, w> = <v, J^T w> with the same random numbers: both modes contract the same samples, only rounding differs.
 TEST_P(SlotDerivative, ForwardAgreesWithReverse) {
-    Setup s(bundledScene("materials"), {GetParam()});
+    Bench s(bundledScene("materials"), {GetParam()});
     const View view = viewOf(s.scene, 24, 24);
     const auto directions = randomDirections(s, 1);
     const PassKey key{5, 0, 1};
@@ -51,7 +51,7 @@ TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
     RenderConfig config;
     config.frozenEvaluation = true;
     config.maxDepth = 4;
-    Setup s(bundledScene("materials"), {GetParam()}, config);
+    Bench s(bundledScene("materials"), {GetParam()}, config);
     const View view = viewOf(s.scene, 24, 24);
     const PassKey key{7, 0, 1};
     const auto directions = randomDirections(s, 3);
@@ -86,8 +86,8 @@ TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
     EXPECT_LE(far, forward.values.size() / 200) << "pixels off by more than 1e-3";
 }
 
-INSTANTIATE_TEST_SUITE_P(Slots, SlotDerivative, testing::ValuesIn(kSlots), [](const auto& info) {
-    std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(Slots, SlotDerivative, testing::ValuesIn(kSlots), [](const auto& slot) {
+    std::string name = slot.param;
     std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
     return name;
 });
@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(Slots, SlotDerivative, testing::ValuesIn(kSlots), [](co
 // Several slots at once are the sum of each alone, with the same random numbers.
 TEST(Derivative, SlotsAddUp) {
     const PassKey key{9, 0, 1};
-    Setup all(bundledScene("materials"), kSlots);
+    Bench all(bundledScene("materials"), kSlots);
     const View view = viewOf(all.scene, 16, 16);
     const Image together = all.renderer->forward(view, 4, key, all.config.differentiable, all.ones());
     std::vector<double> sum(together.values.size(), 0.0);
@@ -117,7 +117,7 @@ TEST(Derivative, SlotsAddUp) {
 
 // A black albedo has a derivative: light that would be reflected if it were not black.
 TEST(Derivative, BlackAlbedo) {
-    Setup black(bundledScene("box"), {"painting.baseColor"});
+    Bench black(bundledScene("box"), {"painting.baseColor"});
     const View view = viewOf(black.scene, 32, 32);
     const std::uint32_t p = black.config.differentiable[0];
     const std::size_t entries = black.scene.parameters[p].entries();

@@ -12,7 +12,7 @@ struct Results {
 Results run(std::uint64_t budget) {
     RenderConfig config;
     config.memoryBudget = budget;
-    Setup s(bundledScene("materials"), {"*.baseColor", "*.roughness"}, config);
+    Bench s(bundledScene("materials"), {"*.baseColor", "*.roughness"}, config);
     const View view = viewOf(s.scene, 64, 48);
     Results r;
     r.image = s.renderer->render(view, 20, {3, 0, 0});
@@ -35,7 +35,7 @@ TEST(Determinism, SameBitsForEveryBudgetAndRun) {
 TEST(Determinism, ManySamplesPerPixel) {
     RenderConfig config;
     config.maxDepth = 2;
-    Setup s(bundledScene("furnace"), {}, config);
+    Bench s(bundledScene("furnace"), {}, config);
     const View view = viewOf(s.scene, 2, 1);
     const Image image = s.renderer->render(view, 40000, {1, 0, 0});
     const Image few = s.renderer->render(view, 4000, {2, 0, 0});
@@ -45,7 +45,7 @@ TEST(Determinism, ManySamplesPerPixel) {
 
 // Every buffer is allocated before the first pass.
 TEST(Determinism, ResidentMemoryDoesNotGrow) {
-    Setup s(bundledScene("box"), {"painting.baseColor"});
+    Bench s(bundledScene("box"), {"painting.baseColor"});
     const View view = viewOf(s.scene, 32, 32);
     s.renderer->prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
     const std::uint64_t before = device().memory().current;

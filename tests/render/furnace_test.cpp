@@ -17,7 +17,7 @@ TEST_P(Furnace, RadianceAndAlbedoDerivative) {
     const int depth = GetParam();
     RenderConfig config;
     config.maxDepth = std::uint32_t(depth);
-    Setup s(bundledScene("furnace"), {"*.baseColor"}, config);
+    Bench s(bundledScene("furnace"), {"*.baseColor"}, config);
     const Parameter& albedo = s.scene.parameters[s.config.differentiable.at(0)];
     const Parameter& emission = s.scene.parameters[s.scene.select("*.emission").at(0)];
     const double rho = albedo.values[0], emitted = emission.values[0];

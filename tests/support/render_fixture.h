@@ -19,12 +19,12 @@ inline Scene bundledScene(const std::string& name) { return loadGltf(std::string
 
 inline View viewOf(const Scene& scene, int width, int height) { return View{&scene.cameras.front(), width, height}; }
 
-struct Setup {
+struct Bench {
     Scene scene;
     RenderConfig config;
     std::unique_ptr<Renderer> renderer;
 
-    Setup(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}) : scene(std::move(s)), config(c) {
+    Bench(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}) : scene(std::move(s)), config(c) {
         for (const std::string& glob : globs)
             for (const std::uint32_t p : scene.select(glob))
                 config.differentiable.push_back(p);
