@@ -224,10 +224,13 @@ TEST(Kernel, Timestamps) {
 TEST(Kernel, WarmUpTouchesNothing) {
     Device device({});
     const Kernel kernel(device, "write_index");
+    const Buffer result(device, "result", 256, MemoryKind::Transient);
     const double before = device.compileSeconds();
     EXPECT_GT(before, 0);
     const std::array kernels{&kernel};
     warmUp(device, kernels);
+    warmUp(device, kernels, Bindings().set(0, result));
+    EXPECT_EQ(result.downloadAll<std::uint32_t>(64), std::vector<std::uint32_t>(64, 0));
     EXPECT_GT(device.compileSeconds(), before);
     EXPECT_TRUE(device.kernelTimes().empty());
 }
