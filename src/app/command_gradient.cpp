@@ -1,0 +1,163 @@
+// gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
+#include "app/commands.h"
+#include "app/gradient_check.h"
+#include "app/output.h"
+#include "app/parameter_values.h"
+#include "app/session.h"
+#include "app/targets.h"
+#include "optimize/run_folder.h"
+
+#include <algorithm>
+
+namespace cmpg {
+namespace {
+
+// Random numbers of the derivative pass; those of the primal pass are independent.
+PassKey derivativeKey(const Options& o) { return {.seed = o.seed, .pass = 1}; }
+
+std::vector<std::vector<float>> directionsOf(const Session& session, const std::string& direction) {
+    std::vector<std::vector<float>> directions;
+    for (std::uint32_t p : session.parameters) directions.push_back(directionOf(session.scene.parameters[p], direction));
+    return directions;
+}
+
+Image forward(const Options& options, Report& report, Session& session, const View& view) {
+    const std::vector<std::vector<float>> directions = directionsOf(session, options.direction);
+    const Stopwatch watch;
+    Image gradient = session.renderer().forward(view, options.effectiveSppGradient(), derivativeKey(options), session.parameters, directions);
+    report.seconds.gradient += watch.seconds();
+    report.spp = options.effectiveSppGradient();
+    return gradient;
+}
+
+// Three channels, as the renderer takes it.
+Image readAdjoint(const std::string& file) {
+    Image image = readImage(file).image;
+    if (image.channels == 3) return image;
+    Image grey(image.width, image.height, 3);
+    for (std::size_t i = 0; i < grey.values.size(); ++i) grey.values[i] = image.values[i / 3 * image.channels];
+    return grey;
+}
+
+Image adjointOfLoss(const Options& options, Report& report, Session& session, const View& view, const Target& target) {
+    const Stopwatch watch;
+    const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed});
+    report.seconds.primal = watch.seconds();
+    LossResult loss = evaluateLoss(options.loss, image, target.image, target.mask);
+    if (loss.nonFinite > 0) report.dropped["loss.nonfinite"] += loss.nonFinite;
+    report.loss.push_back(loss.value);
+    return std::move(loss.adjoint);
+}
+
+void writeGradients(const Options& options, Report& report, const Session& session, const std::vector<std::vector<double>>& gradients) {
+    for (std::size_t i = 0; i < session.parameters.size(); ++i) {
+        const Parameter& parameter = session.scene.parameters[session.parameters[i]];
+        const bool single = session.parameters.size() == 1;
+        const std::filesystem::path file = single ? std::filesystem::path(options.output) : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
+        writeExr(file, parameterImage(parameter, gradients[i]));
+        report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
+    }
+}
+
+ExitCode runReverse(const Options& options, Report& report, Session& session) {
+    const bool single = session.parameters.size() == 1;
+    if (single)
+        requireWritableFile(options.output, ".exr");
+    else
+        requireWritableFolder(options.output);
+
+    Image adjoint;
+    Target target;
+    std::string camera;
+    if (options.target.empty()) {
+        adjoint = readAdjoint(options.adjoint);
+    } else {
+        const CameraTarget chosen = loadCameraTarget(options, session.scene, options.target.front());
+        camera = chosen.camera;
+        target = chosen.target;
+    }
+    const View view = viewOf(options, session.scene, camera, options.target.empty() ? &adjoint : &target.image);
+    session.prepare(view, single ? folderOf(options.output) : std::filesystem::path(options.output));
+    if (!options.target.empty()) adjoint = adjointOfLoss(options, report, session, view, target);
+
+    const Stopwatch watch;
+    const std::uint32_t spp = options.effectiveSppGradient();
+    if (options.target.empty()) report.spp = spp;
+    PixelSamples samples;
+    if (options.pixelSampling.value_or(PixelSampling::Adjoint) == PixelSampling::Adjoint) samples = sampleCounts(adjoint, spp, derivativeKey(options));
+    std::vector<std::vector<double>> gradients;
+    for (std::uint32_t p : session.parameters) gradients.emplace_back(session.scene.parameters[p].entries());
+    session.renderer().reverse(view, spp, derivativeKey(options), adjoint, samples.counts, samples.weights, gradients);
+    report.seconds.gradient = watch.seconds();
+
+    writeGradients(options, report, session, gradients);
+    session.finish();
+    return ExitCode::Done;
+}
+
+nlohmann::ordered_json toJson(const Comparison& c) {
+    return {{"what", c.what}, {"forward", c.forward}, {"finite", c.finite}, {"standard_error", c.standardError}, {"z", c.z()},
+            {"relative_error", c.relativeError()}, {"power", c.power()}, {"probability", c.probability}};
+}
+
+bool checkParameter(const Options& options, Report& report, Session& session, const View& view, std::uint32_t index) {
+    const Parameter& parameter = session.scene.parameters[index];
+    CheckSubject subject;
+    subject.parameter = &parameter;
+    subject.values = valuesOf(parameter);
+    subject.direction = directionOf(parameter, options.direction);
+    const std::vector<std::vector<float>> direction{subject.direction};
+    const std::uint32_t parameters[] = {index};
+    subject.forward = [&](std::uint32_t repetition) {
+        const Stopwatch watch;
+        Image image = session.renderer().forward(view, options.effectiveSppGradient(), {.seed = options.seed, .step = repetition, .pass = 1}, parameters, direction);
+        report.seconds.gradient += watch.seconds();
+        return image;
+    };
+    subject.render = [&](std::uint32_t repetition, std::span<const float> values) {
+        const Stopwatch watch;
+        session.renderer().setParameter(index, values);
+        Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed, .step = repetition});
+        session.renderer().setParameter(index, subject.values);
+        report.seconds.primal += watch.seconds();
+        return image;
+    };
+    const CheckResult result = checkGradient(subject);
+    textOut(options) << describe(result, parameter.name, options.direction) << std::flush;
+    auto comparisons = nlohmann::ordered_json::array();
+    for (const Comparison& c : result.comparisons) comparisons.push_back(toJson(c));
+    report.extra["check"].push_back({{"parameter", parameter.name}, {"step", result.step}, {"agrees", result.agrees()},
+                                     {"threshold", result.threshold}, {"comparisons", comparisons}});
+    return result.agrees();
+}
+
+ExitCode runForward(const Options& options, Report& report, Session& session) {
+    if (!options.output.empty()) requireWritableFile(options.output, ".exr");
+    directionsOf(session, options.direction); // reports a bad file before anything else
+    constexpr int kCheckWidth = 128;          // many renders, compared by blocks
+    const View view = viewOf(options, session.scene, "", nullptr, options.check ? kCheckWidth : 512);
+    session.prepare(view, options.output.empty() ? std::filesystem::path() : folderOf(options.output));
+    bool agrees = true;
+    if (options.check) {
+        report.extra["check"] = nlohmann::ordered_json::array();
+        for (std::uint32_t p : session.parameters) agrees = checkParameter(options, report, session, view, p) && agrees;
+    }
+    if (options.output.empty()) {
+        session.finish();
+    } else {
+        const Image gradient = forward(options, report, session, view);
+        writeExr(options.output, gradient);
+        report.outputs.emplace_back("gradient", options.output);
+        session.finish(&gradient);
+    }
+    return agrees ? ExitCode::Done : ExitCode::CheckFailed;
+}
+
+} // namespace
+
+ExitCode runGradient(const Options& options, Report& report) {
+    Session session(options, report);
+    return options.isReverse() ? runReverse(options, report, session) : runForward(options, report, session);
+}
+
+} // namespace cmpg

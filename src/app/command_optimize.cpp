@@ -1,0 +1,137 @@
+// optimize: recover parameters from target images; the options become a configuration, the results a folder.
+#include "app/commands.h"
+#include "app/contact_sheet.h"
+#include "app/interrupt.h"
+#include "app/loss_curve.h"
+#include "app/output.h"
+#include "app/session.h"
+#include "app/targets.h"
+#include "optimize/optimize.h"
+#include "optimize/progress.h"
+#include "optimize/renderer_model.h"
+#include "optimize/run_folder.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <unistd.h>
+
+namespace cmpg {
+namespace {
+
+// "RATE" for all slots, "SLOT=RATE" for one; later ones win.
+SlotRates parseRates(const std::vector<std::string>& texts) {
+    SlotRates rates = OptimizerConfig{}.rates;
+    for (const std::string& text : texts) {
+        const std::size_t equals = text.find('=');
+        const std::string slot = equals == std::string::npos ? "" : text.substr(0, equals);
+        const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
+        char* end = nullptr;
+        const float rate = std::strtof(value.c_str(), &end);
+        if (value.empty() || *end != 0 || !(rate >= 0 && rate < 1e6f))
+            throw Error(ExitCode::Usage, "--rate takes RATE or SLOT=RATE with a rate from 0 to 1e6, not '" + text + "'");
+        bool known = slot.empty();
+        for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
+            if (slot.empty() || slot == slotName(SlotKind(kind))) {
+                rates[kind] = rate;
+                known = true;
+            }
+        if (!known)
+            throw Error(ExitCode::Usage, "--rate: there is no slot '" + slot + "'", "",
+                        "slots are baseColor, roughness, metallic, specular, emission, normal and radiance");
+    }
+    return rates;
+}
+
+OptimizeConfig configure(const Options& options) {
+    OptimizeConfig config;
+    config.steps = options.steps;
+    config.spp = options.effectiveSpp();
+    config.sppGradient = options.effectiveSppGradient();
+    config.seed = options.seed;
+    config.loss = options.loss;
+    config.optimizer.kind = options.optimizer;
+    config.optimizer.rates = parseRates(options.rate);
+    config.optimizer.schedule = options.schedule;
+    config.optimizer.finalFactor = options.finalRate;
+    config.totalVariation = double(options.totalVariation);
+    config.pixelSampling = options.pixelSampling.value_or(PixelSampling::Adjoint);
+    return config;
+}
+
+struct Views {
+    std::vector<View> views;
+    std::vector<std::string> names; // of the cameras, where the command line names them
+};
+
+// One view per --target, each of its target's size.
+Views loadViews(const Options& options, const Scene& scene, OptimizeConfig& config) {
+    Views result;
+    for (const std::string& text : options.target) {
+        CameraTarget target = loadCameraTarget(options, scene, text);
+        result.views.push_back(viewOf(options, scene, target.camera, &target.target.image));
+        result.names.push_back(target.camera);
+        config.targets.push_back(std::move(target.target));
+    }
+    return result;
+}
+
+void writeContactSheet(const Options& options, const Optimization& run, const RunFolder& folder, const Views& views, Report& report) {
+    ContactSheet sheet;
+    char numbers[96] = "";
+    if (!report.loss.empty())
+        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss), report.loss.front(), report.loss.back());
+    sheet.title = std::filesystem::path(options.input).filename().string() + numbers;
+    for (std::size_t v = 0; v < views.views.size(); ++v)
+        sheet.views.push_back({views.names[v], run.config().targets[v].image, folder.initialImages().at(v), folder.finalImages().at(v)});
+    for (std::size_t p = 0; p < run.gradients().size(); ++p) {
+        const Parameter& parameter = run.scene().parameters[run.parameters()[p]];
+        sheet.gradients.push_back({parameter.name, parameterImage(parameter, run.gradients()[p])});
+    }
+    sheet.loss = report.loss;
+    const std::filesystem::path picture = folder.path() / "contact_sheet.png", curve = folder.path() / "loss.svg";
+    writePng(picture, sheet.compose());
+    writeTextFile(curve, lossCurveSvg(report.loss, sheet.title));
+    report.outputs.emplace_back("contact_sheet", picture.string());
+    report.outputs.emplace_back("loss_curve", curve.string());
+}
+
+} // namespace
+
+ExitCode runOptimize(const Options& options, Report& report) {
+    OptimizeConfig config = configure(options);
+    Session session(options, report);
+    const Views views = loadViews(options, session.scene, config);
+    requireWritableFolder(options.output);
+    session.prepare(views.views.front(), options.output);
+    RendererModel model(session.renderer(), views.views);
+    config.stop = &stopOnInterrupt();
+
+    Optimization run(model, session.scene, config, session.parameters);
+    RunFolder folder(options.output);
+    folder.writeTargets(run);
+    constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
+    const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
+    folder.writeInitial(run, pictureSpp);
+
+    Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
+    const bool done = run.run([&](const StepReport& step) {
+        report.loss.push_back(step.loss);
+        report.seconds.primal += step.secondsPrimal;
+        report.seconds.gradient += step.secondsGradient;
+        report.seconds.optimizer += step.secondsUpdate;
+        if (step.dropped > 0) report.dropped["optimize.nonfinite"] += step.dropped;
+        folder.appendStep(step);
+        if (!options.quiet) progress.update(step);
+    });
+    if (!options.quiet) progress.finish();
+
+    folder.writeFinal(run, pictureSpp);
+    for (const auto& [name, path] : folder.outputs()) report.outputs.emplace_back(name, path.string());
+    writeContactSheet(options, run, folder, views, report);
+    session.finish();
+    if (!options.quiet) textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
+    return done ? ExitCode::Done : ExitCode::Interrupted;
+}
+
+} // namespace cmpg

@@ -1,0 +1,51 @@
+// render: an image of the scene, and layers of what the camera sees.
+#include "app/commands.h"
+#include "app/output.h"
+#include "app/session.h"
+
+namespace cmpg {
+namespace {
+
+void writeLayers(const std::string& file, const Layers& layers) {
+    std::vector<std::pair<std::string, Image>> named;
+    const auto add = [&](const Image& image, std::initializer_list<const char*> names) {
+        int channel = 0;
+        for (const char* name : names) {
+            Image plane(image.width, image.height, 1);
+            for (std::size_t p = 0; p < image.pixels(); ++p) plane.values[p] = image.values[p * image.channels + channel];
+            named.emplace_back(name, std::move(plane));
+            ++channel;
+        }
+    };
+    add(layers.normal, {"normal.X", "normal.Y", "normal.Z"});
+    add(layers.depth, {"depth.Z"});
+    add(layers.albedo, {"albedo.R", "albedo.G", "albedo.B"});
+    add(layers.samples, {"samples.Y"});
+    writeExrLayers(file, named);
+}
+
+} // namespace
+
+ExitCode runRender(const Options& options, Report& report) {
+    requireWritableFile(options.output, ".exr");
+    if (!options.layers.empty()) requireWritableFile(options.layers, ".exr");
+    Session session(options, report);
+    const View view = viewOf(options, session.scene, "");
+    session.prepare(view, folderOf(options.output));
+
+    const Stopwatch watch;
+    Layers layers;
+    const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
+    report.seconds.primal = watch.seconds();
+
+    writeExr(options.output, image);
+    report.outputs.emplace_back("image", options.output);
+    if (!options.layers.empty()) {
+        writeLayers(options.layers, layers);
+        report.outputs.emplace_back("layers", options.layers);
+    }
+    session.finish(&image);
+    return ExitCode::Done;
+}
+
+} // namespace cmpg

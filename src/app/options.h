@@ -1,0 +1,105 @@
+// Everything a user can ask of the program: one struct, filled by the command line and by --config.
+#pragma once
+
+#include "optimize/losses.h"
+#include "optimize/optimizer.h"
+#include "render/pixel_sampling.h"
+#include "render/renderer.h"
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cmpg {
+
+enum class Command { None, Render, Gradient, Optimize, Inspect, View, ListDevices, Version };
+const char* commandName(Command command);
+
+struct Options {
+    Command command = Command::None;
+    std::string input;       // the scene, or the image of `view`
+    std::string output;      // -o
+    std::string config;      // --config
+    bool headless = false, json = false, quiet = false;
+
+    // Common to all commands. Unset optionals depend on the command: see effectiveSpp() and the like.
+    std::optional<std::uint32_t> spp, sppGradient;
+    std::optional<std::uint32_t> width, height, maxDepth;
+    std::string camera; // empty: the first
+    std::uint64_t seed = 0;
+    std::string device; // empty: the best
+    std::uint64_t memory = 1024; // MiB
+    std::vector<std::string> set; // "P=VALUE" or "P=FILE"
+    Sampler sampler = Sampler::Sobol;
+    std::string sampling = "bsdf";
+    bool noLightSampling = false;
+    std::optional<PixelSampling> pixelSampling; // default: adjoint
+
+    // render
+    std::string layers;
+
+    // gradient and optimize
+    std::vector<std::string> param;
+    std::vector<std::string> target; // FILE or CAMERA=FILE
+    Loss loss = Loss::Mse;
+    std::string mask;
+    float targetExposure = 0;
+
+    // gradient
+    std::string direction = "one"; // or "self", or a file
+    std::string adjoint;
+    bool check = false;
+
+    // optimize
+    std::uint32_t steps = 200;
+    OptimizerKind optimizer = OptimizerKind::Adam;
+    std::vector<std::string> rate; // "RATE" or "SLOT=RATE"
+    Schedule schedule = Schedule::Constant;
+    float finalRate = 0.1f;
+    float totalVariation = 0;
+
+    // view
+    bool isSigned = false;
+    float exposure = 0;
+    std::optional<float> scale;
+
+    std::uint32_t effectiveSpp() const;         // of images
+    std::uint32_t effectiveSppGradient() const; // of derivative passes
+    bool isReverse() const { return command == Command::Optimize || !adjoint.empty() || !target.empty(); }
+};
+
+// Reads --config and the command line, in this order, and checks the result. Throws Error(Usage), or HelpRequested.
+Options parseOptions(int argc, const char* const* argv);
+
+struct HelpRequested {
+    std::string text;
+};
+
+// What reproduces a run: the command, its input and all options that bear on the result, defaults included; no output paths. File
+// names are made absolute, so that it can be used from any folder.
+nlohmann::ordered_json toConfig(const Options& options);
+// Takes over what a run.json says. Throws Error(Usage) on unknown keys and values of the wrong kind.
+void applyConfig(const nlohmann::json& config, Options& options);
+// Throws Error(Usage) on values and combinations that make no sense.
+void validate(const Options& options);
+
+// Names of the values of an option's enumeration.
+template <class E> struct EnumName {
+    E value;
+    const char* name;
+};
+inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sampler::Independent, "independent"}};
+inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
+inline constexpr EnumName<Loss> kLosses[] = {
+    {Loss::Mse, "mse"}, {Loss::L1, "l1"}, {Loss::Smape, "smape"}, {Loss::RelativeMse, "relative-mse"}};
+inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
+inline constexpr EnumName<Schedule> kSchedules[] = {
+    {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
+inline constexpr EnumName<Command> kCommands[] = {{Command::Render, "render"},   {Command::Gradient, "gradient"},
+                                                  {Command::Optimize, "optimize"}, {Command::Inspect, "inspect"},
+                                                  {Command::View, "view"},       {Command::ListDevices, "list-devices"},
+                                                  {Command::Version, "version"}};
+
+} // namespace cmpg

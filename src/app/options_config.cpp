@@ -1,0 +1,263 @@
+// Options as run.json: writing, reading back, and the checks both ways of giving them share.
+#include "app/options.h"
+
+#include "base/error.h"
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace cmpg {
+namespace {
+
+// Calls v(key, field) for every option that bears on a result; keys are the names on the command line. Enumerations come with
+// their names. Each command adds its own.
+template <class O, class V> void visitCommon(O& o, V&& v) {
+    v("spp", o.spp);
+    v("spp-gradient", o.sppGradient);
+    v("seed", o.seed);
+    v("sampler", o.sampler, kSamplers);
+    v("sampling", o.sampling);
+    v("no-nee", o.noLightSampling);
+    v("pixel-sampling", o.pixelSampling, kPixelSamplings);
+    v("width", o.width);
+    v("height", o.height);
+    v("camera", o.camera);
+    v("max-depth", o.maxDepth);
+    v("set", o.set);
+    v("device", o.device);
+    v("memory", o.memory);
+}
+
+template <class O, class V> void visitTarget(O& o, V&& v) {
+    v("param", o.param);
+    v("target", o.target);
+    v("loss", o.loss, kLosses);
+    v("mask", o.mask);
+    v("target-exposure", o.targetExposure);
+}
+
+template <class O, class V> void visitGradient(O& o, V&& v) {
+    v("direction", o.direction);
+    v("adjoint", o.adjoint);
+    v("check", o.check);
+}
+
+template <class O, class V> void visitOptimize(O& o, V&& v) {
+    v("steps", o.steps);
+    v("optimizer", o.optimizer, kOptimizers);
+    v("rate", o.rate);
+    v("schedule", o.schedule, kSchedules);
+    v("final-rate", o.finalRate);
+    v("total-variation", o.totalVariation);
+}
+
+template <class O, class V> void visitView(O& o, V&& v) {
+    v("signed", o.isSigned);
+    v("exposure", o.exposure);
+    v("scale", o.scale);
+}
+
+[[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") { throw Error(ExitCode::Usage, what, "", remedy); }
+
+template <class T> struct IsOptional : std::false_type {};
+template <class T> struct IsOptional<std::optional<T>> : std::true_type {
+    using Value = T;
+};
+
+// Shortest decimal that reads back as the same float: 0.1f is 0.1 in the file.
+double shortDecimal(float value) {
+    char text[32];
+    for (int digits = 6; digits <= 9; ++digits) {
+        std::snprintf(text, sizeof text, "%.*g", digits, double(value));
+        if (std::strtof(text, nullptr) == value) break;
+    }
+    return std::strtod(text, nullptr);
+}
+
+struct Writer {
+    nlohmann::ordered_json& json;
+
+    template <class T> void operator()(const char* key, const T& field) {
+        if constexpr (IsOptional<T>::value) {
+            if (field) (*this)(key, *field);
+        } else if constexpr (std::is_same_v<T, float>) {
+            json[key] = shortDecimal(field);
+        } else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<std::string>>) {
+            if (!field.empty()) json[key] = field; // empty: not given
+        } else {
+            json[key] = field;
+        }
+    }
+    template <class T, class E, std::size_t N> void operator()(const char* key, const T& field, const EnumName<E> (&names)[N]) {
+        if constexpr (IsOptional<T>::value) {
+            if (field) (*this)(key, *field, names);
+        } else {
+            for (const auto& n : names)
+                if (n.value == field) json[key] = n.name;
+        }
+    }
+};
+
+// Takes over the one value whose key it is given.
+struct Reader {
+    const std::string& key;
+    const nlohmann::json& value;
+    bool found = false;
+
+    template <class T> void operator()(const char* name, T& field) {
+        if (key != name) return;
+        found = true;
+        if constexpr (IsOptional<T>::value) {
+            field = read<typename IsOptional<T>::Value>();
+        } else {
+            field = read<T>();
+        }
+    }
+    template <class T, class E, std::size_t N> void operator()(const char* name, T& field, const EnumName<E> (&names)[N]) {
+        if (key != name) return;
+        found = true;
+        const std::string text = read<std::string>();
+        for (const auto& n : names) {
+            if (text != n.name) continue;
+            field = n.value;
+            return;
+        }
+        refuse("the configuration has an unknown value for '" + key + "': '" + text + "'");
+    }
+
+  private:
+    // The library converts between kinds of numbers in silence; a negative or fractional count must not pass.
+    template <class T> T read() const {
+        bool fits = false;
+        if constexpr (std::is_same_v<T, bool>) {
+            fits = value.is_boolean();
+        } else if constexpr (std::is_unsigned_v<T>) {
+            fits = value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<T>::max();
+        } else if constexpr (std::is_floating_point_v<T>) {
+            fits = value.is_number();
+        } else if constexpr (std::is_same_v<T, std::string>) {
+            fits = value.is_string();
+        } else {
+            fits = value.is_array();
+            for (const auto& element : value) fits = fits && element.is_string();
+        }
+        if (!fits) refuse("the configuration has a value of the wrong kind for '" + key + "': " + value.dump());
+        return value.get<T>();
+    }
+};
+
+std::string absolutePath(const std::string& path) {
+    return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
+}
+
+// The file part of "NAME=FILE" made absolute, if a file is what it is.
+std::string absoluteAssignment(const std::string& text) {
+    const std::size_t equals = text.find('=');
+    const std::string file = equals == std::string::npos ? text : text.substr(equals + 1);
+    if (!std::filesystem::exists(file)) return text;
+    return (equals == std::string::npos ? "" : text.substr(0, equals + 1)) + absolutePath(file);
+}
+
+void requirePositive(const std::optional<std::uint32_t>& value, const char* name, std::uint32_t highest) {
+    if (value && (*value == 0 || *value > highest))
+        refuse(std::string(name) + " must be from 1 to " + std::to_string(highest) + ", not " + std::to_string(*value));
+}
+
+void requireFinite(float value, const char* name, float lowest, float highest) {
+    if (!(value >= lowest && value <= highest)) {
+        char range[64];
+        std::snprintf(range, sizeof range, " must be from %g to %g", double(lowest), double(highest));
+        refuse(name + std::string(range));
+    }
+}
+
+void validateGradient(const Options& o) {
+    if (o.param.empty()) refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
+    if (!o.adjoint.empty() && !o.target.empty()) refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
+    if (o.target.size() > 1) refuse("gradient takes one --target", "several are for optimize");
+    if (o.check && o.isReverse()) refuse("--check compares the forward gradient image: it takes neither --adjoint nor --target");
+    if (o.isReverse() && o.direction != "one") refuse("--direction is of forward mode: it goes with neither --adjoint nor --target");
+    if (o.output.empty() && !o.check) refuse("gradient needs -o FILE.exr");
+}
+
+void validateOptimize(const Options& o) {
+    if (o.param.empty()) refuse("optimize needs --param", "'inspect SCENE' lists the parameters");
+    if (o.target.empty()) refuse("optimize needs --target");
+    if (o.output.empty()) refuse("optimize needs -o FOLDER");
+    if (o.steps == 0 || o.steps > 10'000'000) refuse("--steps must be from 1 to 10000000");
+    requireFinite(o.finalRate, "--final-rate", 0, 1);
+    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+}
+
+} // namespace
+
+nlohmann::ordered_json toConfig(const Options& options) {
+    Options o = options;
+    o.spp = o.effectiveSpp();
+    o.sppGradient = o.effectiveSppGradient();
+    if (!o.pixelSampling) o.pixelSampling = PixelSampling::Adjoint;
+    o.mask = absolutePath(o.mask);
+    o.adjoint = absolutePath(o.adjoint);
+    if (o.direction != "one" && o.direction != "self") o.direction = absolutePath(o.direction);
+    for (std::string& s : o.set) s = absoluteAssignment(s);
+    for (std::string& t : o.target) t = absoluteAssignment(t);
+
+    nlohmann::ordered_json json;
+    json["command"] = commandName(o.command);
+    if (!o.input.empty()) json["input"] = absolutePath(o.input);
+    Writer writer{json};
+    if (o.command == Command::View) {
+        visitView(o, writer);
+        return json;
+    }
+    visitCommon(o, writer);
+    if (o.command == Command::Gradient || o.command == Command::Optimize) visitTarget(o, writer);
+    if (o.command == Command::Gradient) visitGradient(o, writer);
+    if (o.command == Command::Optimize) visitOptimize(o, writer);
+    return json;
+}
+
+void applyConfig(const nlohmann::json& config, Options& options) {
+    if (!config.is_object()) refuse("the configuration is not a JSON object");
+    for (const auto& [key, value] : config.items()) {
+        if (key == "made-with") continue; // program, device and driver: for the reader
+        Reader reader{key, value};
+        reader("command", options.command, kCommands);
+        reader("input", options.input);
+        visitCommon(options, reader);
+        visitTarget(options, reader);
+        visitGradient(options, reader);
+        visitOptimize(options, reader);
+        visitView(options, reader);
+        if (!reader.found) refuse("the configuration has an unknown key '" + key + "'", "keys are the names of options without the dashes");
+    }
+}
+
+void validate(const Options& o) {
+    if (o.command == Command::ListDevices || o.command == Command::Version) return;
+    if (o.command == Command::None) refuse("no command given", "one of render, gradient, optimize, inspect, view; see cmpg-vk --help");
+    if (o.input.empty()) refuse(commandName(o.command) + std::string(o.command == Command::View ? " needs an image" : " needs a scene"));
+
+    constexpr std::uint32_t kMaxSamples = 1u << 24; // counts stay exact in float
+    constexpr std::uint32_t kMaxEdge = 1u << 15;
+    requirePositive(o.spp, "--spp", kMaxSamples);
+    requirePositive(o.sppGradient, "--spp-gradient", kMaxSamples);
+    requirePositive(o.width, "--width", kMaxEdge);
+    requirePositive(o.height, "--height", kMaxEdge);
+    requirePositive(o.maxDepth, "--max-depth", 1024);
+    if (o.memory < 16 || o.memory > (1u << 22)) refuse("--memory must be from 16 to 4194304 MiB");
+    if (o.sampling != "bsdf") refuse("--sampling must be bsdf, not '" + o.sampling + "'");
+    for (const std::string& s : o.set)
+        if (s.find('=') == std::string::npos || s.front() == '=') refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
+    requireFinite(o.targetExposure, "--target-exposure", -64, 64);
+    requireFinite(o.exposure, "--exposure", -64, 64);
+    if (o.scale) requireFinite(*o.scale, "--scale", 1e-30f, 1e30f);
+
+    if (o.command == Command::Gradient) validateGradient(o);
+    if (o.command == Command::Optimize) validateOptimize(o);
+    if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
+        refuse(commandName(o.command) + std::string(" needs -o FILE"));
+}
+
+} // namespace cmpg

@@ -1,0 +1,17 @@
+// Places to write to: checked before expensive work starts, written aside and renamed.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace cmpg {
+
+// The folder a file will be written in.
+std::filesystem::path folderOf(const std::filesystem::path& file);
+// Both throw Error(Output) where nothing can be written: they try it with a file that they remove again.
+void requireWritableFile(const std::filesystem::path& file, const char* extension);
+void requireWritableFolder(const std::filesystem::path& folder); // makes the folder itself if its parent exists
+
+void writeTextFile(const std::filesystem::path& file, const std::string& text);
+
+} // namespace cmpg

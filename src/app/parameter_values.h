@@ -1,0 +1,26 @@
+// Values users give for parameters: --set, --direction, adjoints.
+#pragma once
+
+#include "scene/image.h"
+#include "scene/scene.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace cmpg {
+
+// Applies "P=VALUE|FILE" (P a name or glob) to the scene. A number or r,g,b fills every entry; a file must have the parameter's own
+// size. Error(Usage) on text that means nothing, unknown parameters and values out of range; Error(Input) on files.
+void applySet(Scene& scene, const std::string& assignment);
+
+// All parameters that names and globs select, each once, in order of first mention.
+std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs);
+
+// The direction of a forward derivative: "one", "self" or a file of the parameter's own size; entries() floats.
+std::vector<float> directionOf(const Parameter& parameter, const std::string& direction);
+
+// Current values, also of parameters that are kept as bytes.
+std::vector<float> valuesOf(const Parameter& parameter);
+
+} // namespace cmpg

@@ -1,0 +1,92 @@
+// What a run did: times, memory, outputs; printed as one JSON object with --json.
+#include "app/report.h"
+
+#include "app/output.h"
+
+#include <iostream>
+#include <sys/resource.h>
+
+namespace cmpg {
+namespace {
+
+std::string shown(const nlohmann::ordered_json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    if (!value.is_array()) return value.dump();
+    std::string list;
+    for (const auto& element : value) list += (list.empty() ? "" : ", ") + shown(element);
+    return list;
+}
+
+} // namespace
+
+Report::Report(const Options& options)
+    : command(commandName(options.command)), spp(options.effectiveSpp()), seed(options.seed), budgetBytes(options.memory << 20) {}
+
+void Report::addDevice(const Device& dev) {
+    device = dev.info().name;
+    driver = dev.info().driver;
+    kernels = dev.kernelTimes();
+    seconds.compile = dev.compileSeconds();
+    devicePeakBytes = dev.memory().peak;
+}
+
+void Report::addStatistics(const RenderStatistics& statistics) {
+    paths += statistics.paths;
+    rays += statistics.rays;
+    for (const auto& [kind, count] : statistics.dropped) dropped[kind] += count;
+}
+
+nlohmann::ordered_json Report::toJson() const {
+    nlohmann::ordered_json json;
+    json["command"] = command;
+    json["device"] = device;
+    json["driver"] = driver;
+    json["width"] = width;
+    json["height"] = height;
+    json["spp"] = spp;
+    json["seed"] = seed;
+    json["paths"] = paths;
+    json["rays"] = rays;
+    json["seconds"] = {{"total", total_.seconds()},        {"load", seconds.load},   {"compile", seconds.compile},    {"primal", seconds.primal},
+                       {"gradient", seconds.gradient}, {"guide", seconds.guide}, {"optimizer", seconds.optimizer}};
+    auto& kernelTimes = json["kernels"] = nlohmann::ordered_json::object();
+    for (const auto& [name, time] : kernels) kernelTimes[name] = {{"calls", time.calls}, {"seconds", time.seconds}};
+    json["memory"] = {{"device_peak_bytes", devicePeakBytes}, {"host_peak_bytes", hostPeakBytes()}, {"budget_bytes", budgetBytes}};
+    auto& left = json["dropped"] = nlohmann::ordered_json::object();
+    for (const auto& [kind, count] : dropped) left[kind] = count;
+    json["loss"] = loss;
+    auto& paths_ = json["outputs"] = nlohmann::ordered_json::object();
+    for (const auto& [name, path] : outputs) paths_[name] = path;
+    for (const auto& [key, value] : extra.items()) json[key] = value;
+    return json;
+}
+
+std::uint64_t hostPeakBytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return std::uint64_t(usage.ru_maxrss) * 1024; // Linux counts in KiB
+}
+
+std::ostream& textOut(const Options& options) { return options.json ? std::cerr : std::cout; }
+
+void printConfiguration(const Options& options) {
+    if (options.quiet) return;
+    std::ostream& out = textOut(options);
+    const nlohmann::ordered_json config = toConfig(options);
+    for (const auto& [key, value] : config.items()) {
+        std::string line = "  " + key;
+        line.resize(std::max<std::size_t>(line.size() + 2, 20), ' ');
+        out << line << shown(value) << '\n';
+    }
+    out.flush();
+}
+
+void writeRunJson(const Options& options, const std::filesystem::path& folder, Report& report) {
+    nlohmann::ordered_json json = toConfig(options);
+    json["made-with"] = {{"version", CMPG_VERSION}, {"device", report.device}, {"driver", report.driver}};
+    const std::filesystem::path file = folder / "run.json";
+    writeTextFile(file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    report.outputs.emplace_back("run", file.string());
+}
+
+} // namespace cmpg

@@ -1,0 +1,61 @@
+// What a run did: times, memory, outputs; printed as one JSON object with --json.
+#pragma once
+
+#include "app/options.h"
+#include "vk/device.h"
+
+#include <chrono>
+#include <filesystem>
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+
+namespace cmpg {
+
+class Stopwatch {
+  public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+struct Report {
+    std::string command;
+    std::string device, driver;
+    int width = 0, height = 0;
+    std::uint32_t spp = 0;
+    std::uint64_t seed = 0, paths = 0, rays = 0;
+    // Wall seconds until a result is in host memory. `total` is since the report was made.
+    struct Seconds {
+        double load = 0, compile = 0, primal = 0, gradient = 0, guide = 0, optimizer = 0;
+    } seconds;
+    std::map<std::string, KernelTime> kernels;
+    std::uint64_t devicePeakBytes = 0, budgetBytes = 0;
+    std::map<std::string, std::uint64_t> dropped; // contributions left out, by kind
+    std::vector<double> loss;                     // per step
+    std::vector<std::pair<std::string, std::string>> outputs; // name -> path
+    nlohmann::ordered_json extra = nlohmann::ordered_json::object(); // what a single command adds
+
+    explicit Report(const Options& options);
+
+    void addDevice(const Device& device);         // times and memory as they are now
+    void addStatistics(const RenderStatistics& statistics);
+    // All fields named in the manual, then `extra`; not finite numbers become null.
+    nlohmann::ordered_json toJson() const;
+
+  private:
+    Stopwatch total_;
+};
+
+// Highest resident memory of this process so far, in bytes.
+std::uint64_t hostPeakBytes();
+
+// Where text for people goes: stdout, or stderr when stdout is kept for one JSON object.
+std::ostream& textOut(const Options& options);
+
+// Prints the effective configuration, unless --quiet.
+void printConfiguration(const Options& options);
+// Writes run.json into `folder` and notes it as an output.
+void writeRunJson(const Options& options, const std::filesystem::path& folder, Report& report);
+
+} // namespace cmpg

@@ -1,0 +1,85 @@
+// A scene on a device as the options want it: what every rendering command starts from.
+#include "app/session.h"
+
+#include "app/parameter_values.h"
+#include "base/error.h"
+#include "base/log.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+
+Scene openScene(const Options& options) {
+    Scene scene = loadGltf(options.input);
+    for (const std::string& warning : scene.warnings) logWarn(warning);
+    if (scene.skippedTriangles > 0) logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
+    for (const std::string& assignment : options.set) applySet(scene, assignment);
+    return scene;
+}
+
+View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like, int defaultWidth) {
+    View view;
+    view.camera = &scene.camera(camera.empty() ? options.camera : camera);
+    if (like) {
+        if ((options.width && int(*options.width) != like->width) || (options.height && int(*options.height) != like->height))
+            throw Error(ExitCode::Input,
+                        "the target or adjoint is " + std::to_string(like->width) + "x" + std::to_string(like->height) +
+                            ", not of the size that --width and --height ask for",
+                        "the images were rendered at another size", "leave --width and --height away, or scale the image");
+        view.width = like->width;
+        view.height = like->height;
+        return view;
+    }
+    const double aspect = double(view.camera->aspect.value_or(1.0f));
+    const auto edge = [](double length) { return int(std::clamp(std::lround(length), 1l, 32768l)); };
+    if (options.width || !options.height) {
+        view.width = int(options.width.value_or(std::uint32_t(defaultWidth)));
+        view.height = options.height ? int(*options.height) : edge(view.width / aspect);
+    } else {
+        view.height = int(*options.height);
+        view.width = edge(view.height * aspect);
+    }
+    return view;
+}
+
+Session::Session(const Options& options, Report& report) : scene(openScene(options)), options_(options), report_(report) {
+    parameters = selectParameters(scene, options.param);
+    // What may change is kept as floats from here on.
+    for (std::uint32_t p : parameters)
+        if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
+}
+
+void Session::prepare(const View& view, const std::filesystem::path& folder) {
+    report_.width = view.width;
+    report_.height = view.height;
+    if (!device_) device_.emplace(Device::Options{.select = options_.device});
+    RenderConfig config;
+    config.differentiable = parameters;
+    config.maxDepth = options_.maxDepth.value_or(scene.maxDepth);
+    config.sampler = options_.sampler;
+    config.lightSampling = !options_.noLightSampling;
+    config.memoryBudget = options_.memory << 20;
+    renderer_ = std::make_unique<Renderer>(*device_, scene, config);
+    report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
+    report_.addDevice(*device_);
+    if (!folder.empty()) writeRunJson(options_, folder, report_);
+}
+
+void Session::finish(const Image* result) {
+    report_.addStatistics(renderer_->statistics());
+    report_.addDevice(*device_);
+    std::uint64_t lost = 0;
+    for (const auto& [kind, count] : report_.dropped) {
+        if (count == 0) continue;
+        logWarn(std::to_string(count) + " contributions dropped: " + kind);
+        lost += count;
+    }
+    constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
+    const bool finite = !result || std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); });
+    if (!finite || double(lost) > kTolerable * double(report_.paths))
+        throw Error(ExitCode::Numerical, finite ? "more than one path in a hundred was dropped" : "the result holds values that are not finite",
+                    "values of the scene are so large or small that floats overflow", "look for extreme emission, intensities or sizes in the scene");
+}
+
+} // namespace cmpg

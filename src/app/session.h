@@ -1,0 +1,40 @@
+// A scene on a device as the options want it: what every rendering command starts from.
+#pragma once
+
+#include "app/report.h"
+#include "render/renderer.h"
+
+namespace cmpg {
+
+// Loads the scene, prints its warnings on stderr and applies --set.
+Scene openScene(const Options& options);
+
+// The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
+// camera's aspect ratio. Error(Input) when `like` has another size than asked for.
+View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
+
+class Session {
+  public:
+    // Reads the scene; no device yet.
+    Session(const Options& options, Report& report);
+
+    Scene scene;
+    std::vector<std::uint32_t> parameters; // selected by --param
+    // Opens the device and builds the renderer for the scene as it is now: after all other input was checked, which needs no device.
+    // The report takes up the view's size and the times so far; run.json goes into `folder` unless it is empty.
+    void prepare(const View& view, const std::filesystem::path& folder);
+    Renderer& renderer() { return *renderer_; } // after prepare()
+    const MemoryUse& deviceMemory() const { return device_->memory(); }
+    // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the
+    // contributions was lost, or `result` holds values that are not finite.
+    void finish(const Image* result = nullptr);
+
+  private:
+    const Options& options_;
+    Report& report_;
+    Stopwatch loading_;
+    std::optional<Device> device_;
+    std::unique_ptr<Renderer> renderer_;
+};
+
+} // namespace cmpg

@@ -1,0 +1,34 @@
+// Student's t distribution: how surprising a deviation is when its standard error was itself estimated from few samples.
+#include "app/student_t.h"
+
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+// Continued fraction of the incomplete beta function (Abramowitz and Stegun 26.5.8), evaluated from its tail: the terms shrink so
+// fast for x < (a+1)/(a+b+2) that a fixed depth gives full precision for the moderate a, b used here.
+double betaFraction(double a, double b, double x) {
+    double fraction = 1;
+    for (int m = 200; m >= 1; --m) {
+        const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
+        const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
+        fraction = 1 + even / (1 + odd / fraction);
+    }
+    return 1 / (1 - (a + b) * x / (a + 1) / fraction);
+}
+
+double incompleteBeta(double a, double b, double x) {
+    if (x <= 0) return 0;
+    if (x >= 1) return 1;
+    const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
+    return x < (a + 1) / (a + b + 2) ? front * betaFraction(a, b, x) / a : 1 - front * betaFraction(b, a, 1 - x) / b;
+}
+
+} // namespace
+
+double studentTwoSided(double t, double degrees) {
+    return std::isfinite(t) ? incompleteBeta(degrees / 2, 0.5, degrees / (degrees + t * t)) : 0;
+}
+
+} // namespace cmpg

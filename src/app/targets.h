@@ -1,0 +1,18 @@
+// --target: an image, and the camera it was taken by.
+#pragma once
+
+#include "app/options.h"
+#include "optimize/target.h"
+#include "scene/scene.h"
+
+namespace cmpg {
+
+struct CameraTarget {
+    std::string camera; // empty: the one of --camera
+    Target target;
+};
+
+// "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
+CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text);
+
+} // namespace cmpg

@@ -1,0 +1,216 @@
+// A glTF file and the files it names, read safely: nothing outside its folder, nothing larger than the file says.
+#include "scene/gltf_document.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace cmpg {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint32_t kGlbMagic = 0x46546c67, kGlbJson = 0x4e4f534a, kGlbBinary = 0x004e4942;
+// Deeper nesting than any real file has; bounds the recursion when the JSON is written again.
+constexpr int kMaxJsonDepth = 64;
+
+constexpr const char* kKnownExtensions[] = {
+    "KHR_materials_specular", "KHR_materials_ior",   "KHR_materials_emissive_strength",
+    "KHR_texture_transform",  "KHR_lights_punctual", "KHR_mesh_quantization",
+};
+
+std::uint32_t littleEndian(const Bytes& bytes, std::size_t at) {
+    return std::uint32_t(bytes[at]) | std::uint32_t(bytes[at + 1]) << 8 | std::uint32_t(bytes[at + 2]) << 16 |
+           std::uint32_t(bytes[at + 3]) << 24;
+}
+
+int hexDigit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+std::string percentDecode(const JsonView& uri) {
+    const std::string text = uri.string();
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '%') {
+            out += text[i];
+            continue;
+        }
+        const int high = i + 2 < text.size() ? hexDigit(text[i + 1]) : -1, low = high < 0 ? -1 : hexDigit(text[i + 2]);
+        if (low < 0) uri.fail("is not a valid URI: % is not followed by two hexadecimal digits");
+        out += char(high * 16 + low);
+        i += 2;
+    }
+    if (out.find('\0') != std::string::npos) uri.fail("is not a valid URI: it contains a zero byte");
+    return out;
+}
+
+Bytes decodeBase64(const JsonView& uri, std::string_view text) {
+    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+    Bytes out;
+    out.reserve(text.size() / 4 * 3 + 3);
+    std::uint32_t bits = 0;
+    int count = 0;
+    for (const char c : text) {
+        int v = -1;
+        if (c >= 'A' && c <= 'Z') v = c - 'A';
+        if (c >= 'a' && c <= 'z') v = c - 'a' + 26;
+        if (c >= '0' && c <= '9') v = c - '0' + 52;
+        if (c == '+' || c == '-') v = 62;
+        if (c == '/' || c == '_') v = 63;
+        if (v < 0) uri.fail("holds data that is not base64");
+        bits = bits << 6 | std::uint32_t(v);
+        count += 6;
+        if (count < 8) continue;
+        count -= 8;
+        out.push_back(std::uint8_t(bits >> count));
+    }
+    return out;
+}
+
+} // namespace
+
+bool isDataUri(const std::string& uri) { return uri.rfind("data:", 0) == 0; }
+
+bool supportsExtension(const std::string& name) {
+    return std::find(std::begin(kKnownExtensions), std::end(kKnownExtensions), name) != std::end(kKnownExtensions);
+}
+
+GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {
+    const Bytes bytes = readFile(file);
+    // A link to a scene stands for the scene itself: its neighbours are where it really lies.
+    folder_ = fs::canonical(file).parent_path();
+    if (bytes.size() >= 4 && littleEndian(bytes, 0) == kGlbMagic)
+        parseBinary(bytes);
+    else
+        parseJson(reinterpret_cast<const char*>(bytes.data()), reinterpret_cast<const char*>(bytes.data()) + bytes.size());
+    checkVersionAndExtensions();
+}
+
+void GltfDocument::parseBinary(const Bytes& file) {
+    const auto fail = [&](const std::string& what) {
+        throw Error(ExitCode::Input, name_ + ": " + what, "the file is truncated or damaged", "copy or export it again");
+    };
+    if (file.size() < 20) fail("the .glb header is incomplete");
+    if (littleEndian(file, 4) != 2) fail("the .glb container has version " + std::to_string(littleEndian(file, 4)) + "; only 2 is read");
+    const std::uint64_t length = littleEndian(file, 8);
+    if (length > file.size())
+        fail("the file has " + std::to_string(file.size()) + " bytes, but its header says " + std::to_string(length));
+    bool hasJson = false;
+    for (std::uint64_t at = 12; at + 8 <= length;) {
+        const std::uint64_t size = littleEndian(file, at), type = littleEndian(file, at + 4);
+        at += 8;
+        if (size > length - at) fail("a chunk of the .glb reaches beyond its end");
+        if (!hasJson && type != kGlbJson) fail("the first chunk of the .glb is not JSON");
+        const std::uint8_t* first = file.data() + at;
+        if (type == kGlbJson && !hasJson) {
+            parseJson(reinterpret_cast<const char*>(first), reinterpret_cast<const char*>(first) + size);
+            hasJson = true;
+        } else if (type == kGlbBinary && !hasBinaryChunk_) {
+            binaryChunk_.assign(first, first + size);
+            hasBinaryChunk_ = true;
+        }
+        at += size;
+    }
+    if (!hasJson) fail("the .glb has no JSON chunk");
+}
+
+void GltfDocument::parseJson(const char* first, const char* last) {
+    bool tooDeep = false;
+    const auto limitDepth = [&](int depth, Json::parse_event_t, Json&) {
+        if (depth > kMaxJsonDepth) tooDeep = true;
+        return depth <= kMaxJsonDepth;
+    };
+    try {
+        json_ = Json::parse(first, last, limitDepth);
+    } catch (const Json::exception& e) {
+        throw Error(ExitCode::Input, name_ + ": this is not valid JSON: " + e.what(), "the file is truncated, damaged, or not a glTF file",
+                    "export the scene as glTF 2.0 (.gltf or .glb)");
+    }
+    if (tooDeep || !json_.is_object())
+        throw Error(ExitCode::Input, name_ + ": " + (tooDeep ? "the JSON is nested too deeply" : "the JSON is not an object"),
+                    "the file is damaged, or not a glTF file", "export the scene as glTF 2.0 (.gltf or .glb)");
+}
+
+void GltfDocument::checkVersionAndExtensions() const {
+    const JsonView asset = root()["asset"];
+    const std::string version = asset["version"].string();
+    if (version.rfind("2.", 0) != 0)
+        asset["version"].fail("is " + version + "; only glTF 2 is read", "an old exporter", "convert the scene to glTF 2.0");
+    const JsonView required = root()["extensionsRequired"];
+    for (std::uint32_t i = 0; i < required.size(); ++i) {
+        const std::string extension = required.at(i).string();
+        if (!supportsExtension(extension))
+            required.at(i).fail("is " + extension + ", which is not supported", "the scene cannot be read without this extension",
+                                "export it without " + extension);
+    }
+}
+
+fs::path GltfDocument::resolve(const JsonView& uri) const {
+    const std::string relative = percentDecode(uri);
+    const auto refuse = [&](const char* reason) {
+        uri.fail("is \"" + relative + "\", " + reason, "scenes may only name files inside their own folder",
+                 "put the file next to the scene and name it by a relative path");
+    };
+    const std::size_t colon = relative.find(':');
+    if (colon != std::string::npos && relative.find('/') > colon) refuse("which is not a relative path");
+    if (relative.empty() || relative.find('\\') != std::string::npos || fs::path(relative).is_absolute())
+        refuse("which is not a relative path");
+    std::error_code error;
+    const fs::path resolved = fs::weakly_canonical(folder_ / relative, error);
+    if (error) refuse(error.message().c_str());
+    const auto [inFolder, inFile] = std::mismatch(folder_.begin(), folder_.end(), resolved.begin(), resolved.end());
+    if (inFolder != folder_.end()) refuse("which leaves the scene's folder");
+    return resolved;
+}
+
+Bytes GltfDocument::readUri(const JsonView& uri) const {
+    const std::string text = uri.string();
+    if (!isDataUri(text)) {
+        const fs::path file = resolve(uri);
+        try {
+            return readFile(file);
+        } catch (const Error& e) {
+            throw Error(e.code, name_ + ": " + uri.place() + ": " + e.what(), "a file of the scene was moved, renamed or left behind",
+                        "copy the whole folder of the scene");
+        }
+    }
+    const std::size_t comma = text.find(',');
+    if (comma == std::string::npos || text.rfind(";base64", comma) == std::string::npos) uri.fail("is a data: URI without base64 data");
+    return decodeBase64(uri, std::string_view(text).substr(comma + 1));
+}
+
+std::span<const std::uint8_t> GltfDocument::buffer(std::uint32_t i) {
+    const JsonView view = root()["buffers"].at(i);
+    const std::uint64_t length = view["byteLength"].integer(0, kMaxFileBytes);
+    std::span<const std::uint8_t> bytes;
+    if (!view["uri"].exists()) {
+        if (i != 0 || !hasBinaryChunk_) view.fail("has no uri, and the file has no binary chunk for it");
+        bytes = binaryChunk_;
+    } else {
+        auto found = buffers_.find(i);
+        if (found == buffers_.end()) found = buffers_.emplace(i, readUri(view["uri"])).first;
+        bytes = found->second;
+    }
+    if (bytes.size() < length)
+        view.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
+                  "the file with its data is truncated or not the right one", "copy or export the scene again");
+    return bytes.first(length);
+}
+
+std::span<const std::uint8_t> GltfDocument::bufferView(std::uint32_t i) {
+    const JsonView view = root()["bufferViews"].at(i);
+    const auto index = view["buffer"].index(root()["buffers"].size(), "buffer");
+    if (!index) view["buffer"].fail("is missing");
+    const std::span<const std::uint8_t> bytes = buffer(*index);
+    const std::uint64_t offset = view["byteOffset"].integer(0, kMaxFileBytes), length = view["byteLength"].integer(0, kMaxFileBytes);
+    if (offset > bytes.size() || length > bytes.size() - offset)
+        view.fail("reaches to byte " + std::to_string(offset + length) + " of a buffer of " + std::to_string(bytes.size()));
+    return bytes.subspan(offset, length);
+}
+
+} // namespace cmpg

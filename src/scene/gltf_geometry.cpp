@@ -1,0 +1,205 @@
+// Triangles of a glTF scene in world space.
+#include "scene/gltf_accessor.h"
+#include "scene/gltf_load.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cmpg {
+namespace {
+
+// More than fits a 32-bit offset of three indices, and more than any machine here renders.
+constexpr std::uint64_t kMaxTriangles = 1u << 27;
+// Positions are re-centred when the scene lies further from the origin than this many of its diagonals: float32 then still
+// resolves 2^-24 * kFarAway of the diagonal.
+constexpr double kFarAway = 8;
+// A triangle is degenerate when twice its area is below this share of its longest edge squared: float32 coordinates cannot tell
+// it from a line.
+constexpr double kFlat = 1e-9;
+
+// Grows with every primitive; positions stay in double until the centre is known.
+struct Builder {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec2> uv0, uv1;
+    std::vector<glm::vec4> tangents, colors;
+    std::vector<Triangle> triangles;
+    bool hasNormals = false, hasUv0 = false, hasUv1 = false, hasTangents = false, hasColors = false;
+};
+
+// Corners of all triangles, three each, as indices of `vertices`: lists, strips and fans made alike.
+std::vector<std::uint32_t> triangulate(std::vector<std::uint32_t> corners, std::uint64_t mode) {
+    if (mode == 4) {
+        corners.resize(corners.size() - corners.size() % 3);
+        return corners;
+    }
+    std::vector<std::uint32_t> out;
+    for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
+        const std::size_t odd = i % 2;
+        if (mode == 5)
+            out.insert(out.end(), {corners[i], corners[i + 1 + odd], corners[i + 2 - odd]});
+        else
+            out.insert(out.end(), {corners[i + 1], corners[i + 2], corners[0]});
+    }
+    return out;
+}
+
+glm::vec3 unitOrZero(const glm::dvec3& v) {
+    const double length = glm::length(v);
+    return length > 0 && std::isfinite(length) ? glm::vec3(v / length) : glm::vec3(0);
+}
+
+void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const glm::dmat4& toWorld) {
+    const std::uint64_t mode = primitive["mode"].integer(4, 65535);
+    if (mode > 6) primitive["mode"].fail("is not a primitive mode of glTF");
+    const JsonView attributes = primitive["attributes"];
+    if (mode < 4) {
+        load.ignored.insert("points and lines");
+        return;
+    }
+    if (!attributes["POSITION"].exists()) {
+        load.ignored.insert("primitives without positions");
+        return;
+    }
+    if (primitive["targets"].size()) load.ignored.insert("morph targets");
+
+    const std::uint32_t count = accessorCount(load.document, attributes["POSITION"]);
+    const std::uint64_t corners = primitive["indices"].exists() ? accessorCount(load.document, primitive["indices"]) : count;
+    if (out.triangles.size() + corners / (mode == 4 ? 3 : 1) > kMaxTriangles || out.positions.size() + count > 3 * kMaxTriangles)
+        primitive.fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
+                       "the mesh is too detailed or its counts are damaged", "simplify the scene");
+    const AccessorValues positions = readAccessor(load.document, attributes["POSITION"], 3, 3);
+    std::vector<std::uint32_t> list;
+    if (primitive["indices"].exists()) {
+        list = readIndices(load.document, primitive["indices"], count);
+    } else {
+        list.resize(count);
+        for (std::uint32_t i = 0; i < count; ++i) list[i] = i;
+    }
+    list = triangulate(std::move(list), mode);
+
+    const JsonView materials = load.root["materials"];
+    const std::uint32_t material = primitive["material"].index(materials.size(), "material").value_or(defaultMaterial(load));
+    const bool normalMapped = material < materials.size() && materials.at(material)["normalTexture"].exists();
+    const auto optional = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
+        if (!attributes[name].exists()) return AccessorValues{};
+        AccessorValues values = readAccessor(load.document, attributes[name], fewest, most);
+        if (values.count != count)
+            attributes[name].fail("has " + std::to_string(values.count) + " elements, but there are " + std::to_string(count) + " positions");
+        return values;
+    };
+    const AccessorValues normals = optional("NORMAL", 3, 3), uv0 = optional("TEXCOORD_0", 2, 2), uv1 = optional("TEXCOORD_1", 2, 2);
+    const AccessorValues colors = optional("COLOR_0", 3, 4);
+    const AccessorValues tangents = normalMapped && normals.count ? optional("TANGENT", 4, 4) : AccessorValues{};
+    out.hasNormals |= normals.count > 0;
+    out.hasUv0 |= uv0.count > 0;
+    out.hasUv1 |= uv1.count > 0;
+    out.hasColors |= colors.count > 0;
+    out.hasTangents |= tangents.count > 0;
+
+    const glm::dmat3 linear(toWorld);
+    const double sign = glm::determinant(linear) < 0 ? -1 : 1;
+    // The cofactor matrix transforms normals even where the node squashes a dimension to nothing.
+    const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]), glm::cross(linear[0], linear[1]));
+
+    constexpr std::uint32_t kUnused = ~0u;
+    std::vector<std::uint32_t> place(count, kUnused); // of a vertex of the file in the scene
+    const auto addVertex = [&](std::uint32_t i) {
+        const glm::dvec3 local(positions(i, 0), positions(i, 1), positions(i, 2));
+        const glm::dvec3 world(toWorld * glm::dvec4(local, 1));
+        for (int k = 0; k < 3; ++k)
+            if (!(std::abs(world[k]) < double(std::numeric_limits<float>::max())))
+                attributes["POSITION"].fail("leaves the range of numbers at vertex " + std::to_string(i), "a node scales it too much",
+                                            "check the transforms of the nodes");
+        out.positions.push_back(world);
+        out.normals.push_back(normals.count ? unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))))
+                                            : glm::vec3(0));
+        out.uv0.push_back(uv0.count ? glm::vec2(uv0(i, 0), uv0(i, 1)) : glm::vec2(0));
+        out.uv1.push_back(uv1.count ? glm::vec2(uv1(i, 0), uv1(i, 1)) : glm::vec2(0));
+        out.colors.push_back(colors.count ? glm::vec4(colors(i, 0), colors(i, 1), colors(i, 2), colors.components == 4 ? colors(i, 3) : 1.0f)
+                                          : glm::vec4(1));
+        glm::vec4 tangent(0);
+        if (tangents.count) {
+            const glm::vec3 t = unitOrZero(linear * glm::dvec3(tangents(i, 0), tangents(i, 1), tangents(i, 2)));
+            if (t != glm::vec3(0)) tangent = glm::vec4(t, (tangents(i, 3) < 0 ? -1.0f : 1.0f) * float(sign));
+        }
+        out.tangents.push_back(tangent);
+    };
+    for (std::uint32_t& i : list) {
+        if (place[i] == kUnused) {
+            place[i] = std::uint32_t(out.positions.size());
+            addVertex(i);
+        }
+        i = place[i];
+    }
+    load.unusedVertices += std::uint64_t(std::count(place.begin(), place.end(), kUnused));
+    // A mirrored node turns its triangles inside out; swapping two corners turns them back.
+    const std::size_t second = sign < 0 ? 2 : 1;
+    for (std::size_t t = 0; t < list.size(); t += 3) out.triangles.push_back({{list[t], list[t + second], list[t + 3 - second]}, material});
+}
+
+glm::dvec3 chooseCenter(const std::vector<glm::dvec3>& positions) {
+    if (positions.empty()) return glm::dvec3(0);
+    glm::dvec3 low(positions[0]), high(positions[0]);
+    for (const glm::dvec3& p : positions) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    const glm::dvec3 center = (low + high) * 0.5;
+    return glm::length(center) > kFarAway * glm::length(high - low) ? center : glm::dvec3(0);
+}
+
+bool degenerate(const Geometry& geometry, const Triangle& triangle) {
+    const glm::dvec3 a(geometry.positions[triangle.vertices[0]]), b(geometry.positions[triangle.vertices[1]]),
+        c(geometry.positions[triangle.vertices[2]]);
+    const double longest = std::max({glm::length(b - a), glm::length(c - a), glm::length(c - b)});
+    return !(glm::length(glm::cross(b - a, c - a)) > kFlat * longest * longest);
+}
+
+} // namespace
+
+std::uint32_t defaultMaterial(const GltfLoad& load) { return load.root["materials"].size(); }
+
+bool usesDefaultMaterial(const GltfLoad& load) {
+    const JsonView meshes = load.root["meshes"], nodes = load.root["nodes"];
+    for (const NodeInstance& instance : load.instances) {
+        const auto mesh = nodes.at(instance.node)["mesh"].index(meshes.size(), "mesh");
+        if (!mesh) continue;
+        const JsonView primitives = meshes.at(*mesh)["primitives"];
+        for (std::uint32_t i = 0; i < primitives.size(); ++i)
+            if (!primitives.at(i)["material"].exists()) return true;
+    }
+    return false;
+}
+
+void loadGeometry(GltfLoad& load) {
+    Builder built;
+    const JsonView nodes = load.root["nodes"], meshes = load.root["meshes"];
+    for (const NodeInstance& instance : load.instances) {
+        const JsonView node = nodes.at(instance.node);
+        const auto mesh = node["mesh"].index(meshes.size(), "mesh");
+        if (!mesh) continue;
+        if (node["skin"].exists()) load.ignored.insert("skins");
+        const JsonView primitives = meshes.at(*mesh)["primitives"];
+        for (std::uint32_t i = 0; i < primitives.size(); ++i) addPrimitive(load, built, primitives.at(i), instance.toWorld);
+    }
+
+    Geometry& geometry = load.scene.geometry;
+    load.scene.center = chooseCenter(built.positions);
+    geometry.positions.reserve(built.positions.size());
+    for (const glm::dvec3& p : built.positions) geometry.positions.emplace_back(p - load.scene.center);
+    for (const Triangle& t : built.triangles) {
+        if (degenerate(geometry, t))
+            ++load.scene.skippedTriangles;
+        else
+            geometry.triangles.push_back(t);
+    }
+    if (built.hasNormals) geometry.normals = std::move(built.normals);
+    if (built.hasUv0) geometry.uv0 = std::move(built.uv0);
+    if (built.hasUv1) geometry.uv1 = std::move(built.uv1);
+    if (built.hasTangents) geometry.tangents = std::move(built.tangents);
+    if (built.hasColors) geometry.colors = std::move(built.colors);
+}
+
+} // namespace cmpg

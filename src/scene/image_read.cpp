@@ -1,0 +1,209 @@
+// Reading .exr, .hdr, .png and .jpg files: format by content, size limits before decoding.
+#include "base/error.h"
+#include "scene/image_decode.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <stb/stb_image.h>
+
+namespace cmpg {
+namespace {
+
+Error malformed(const std::string& name, const std::string& reason) {
+    return {ExitCode::Input, "cannot decode image " + name + ": " + reason, "the file is truncated, damaged or of another format",
+            "re-export it as .exr, .hdr, .png or .jpg"};
+}
+
+void checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytesPerPixel, const std::string& name, const ImageLimits& limits) {
+    if (width == 0 || height == 0) throw malformed(name, "it has no pixels");
+    if (width <= limits.maxEdge && height <= limits.maxEdge && width * height <= limits.maxPixels) return;
+    const double mebibytes = double(width) * double(height) * double(bytesPerPixel) / (1024.0 * 1024.0);
+    throw Error(ExitCode::Input,
+                "image " + name + " is too large: " + std::to_string(width) + " x " + std::to_string(height) + " would need " +
+                    std::to_string(std::uint64_t(mebibytes)) + " MiB; at most " + std::to_string(limits.maxEdge) + " texels an edge and " +
+                    std::to_string(limits.maxPixels) + " in all are read",
+                "its resolution is too high, or its header is damaged", "scale it down");
+}
+
+void checkFinite(const RawImage& image, const std::string& name) {
+    std::size_t bad = 0;
+    for (const float v : image.values) bad += !std::isfinite(v);
+    if (bad) throw malformed(name, std::to_string(bad) + " of its values are not finite (NaN or infinite)");
+}
+
+class MemoryInput : public Imf::IStream {
+  public:
+    MemoryInput(std::span<const std::uint8_t> bytes, const std::string& name) : IStream(name.c_str()), bytes_(bytes) {}
+    bool read(char* out, int count) override {
+        if (count < 0 || place_ > bytes_.size() || bytes_.size() - place_ < std::size_t(count))
+            throw Iex::InputExc("unexpected end of file");
+        std::memcpy(out, bytes_.data() + place_, std::size_t(count));
+        place_ += std::size_t(count);
+        return place_ < bytes_.size();
+    }
+    std::uint64_t tellg() override { return place_; }
+    void seekg(std::uint64_t place) override { place_ = place; }
+
+  private:
+    std::span<const std::uint8_t> bytes_;
+    std::uint64_t place_ = 0;
+};
+
+// Names of the channels to read, in order: R G B [A], else a single one (scalars are stored as Y by most programs).
+std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std::string& name) {
+    if (list.findChannel("R") && list.findChannel("G") && list.findChannel("B")) {
+        std::vector<std::string> chosen{"R", "G", "B"};
+        if (list.findChannel("A")) chosen.emplace_back("A");
+        return chosen;
+    }
+    std::vector<std::string> all;
+    for (auto i = list.begin(); i != list.end(); ++i) all.emplace_back(i.name());
+    if (all.size() == 1) return all;
+    if (all.size() == 2 && list.findChannel("Y") && list.findChannel("A")) return {"Y", "A"};
+    std::string found;
+    for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 12); ++i) found += " " + all[i];
+    throw malformed(name, "it needs channels R, G, B or a single one, but has:" + (found.empty() ? " none" : found));
+}
+
+RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
+    MemoryInput stream(file, name);
+    // OpenEXR sizes its line table by the header, so it must refuse absurd headers itself.
+    static const bool limited = [] {
+        Imf::Header::setMaxImageSize(1 << 20, 1 << 20);
+        Imf::Header::setMaxTileSize(1 << 13, 1 << 13);
+        return true;
+    }();
+    (void)limited;
+    Imf::InputFile input(stream, 1);
+    const Imath::Box2i window = input.header().dataWindow();
+    const std::int64_t width = std::int64_t(window.max.x) - window.min.x + 1, height = std::int64_t(window.max.y) - window.min.y + 1;
+    const std::vector<std::string> channels = chooseChannels(input.header().channels(), name);
+    if (width <= 0 || height <= 0) throw malformed(name, "it has no pixels");
+    checkSize(std::uint64_t(width), std::uint64_t(height), channels.size() * sizeof(float), name, limits);
+
+    RawImage image{std::uint32_t(width), std::uint32_t(height), std::uint32_t(channels.size()), {}, {}, true};
+    image.values.resize(image.pixels() * channels.size());
+    const std::size_t stride = channels.size() * sizeof(float);
+    Imf::FrameBuffer frame;
+    for (std::size_t c = 0; c < channels.size(); ++c)
+        frame.insert(channels[c], Imf::Slice::Make(Imf::FLOAT, image.values.data() + c, window, stride, stride * std::size_t(width)));
+    input.setFrameBuffer(frame);
+    input.readPixels(window.min.y, window.max.y);
+    return image;
+} catch (const Iex::BaseExc& e) {
+    throw malformed(name, e.what());
+}
+
+struct StbFree {
+    void operator()(void* p) const { stbi_image_free(p); }
+};
+
+RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits, bool hdr) {
+    if (file.size() > std::size_t(std::numeric_limits<int>::max())) throw malformed(name, "it is larger than 2 GiB");
+    const auto* data = file.data();
+    const int size = int(file.size());
+    int w = 0, h = 0, c = 0;
+    if (!stbi_info_from_memory(data, size, &w, &h, &c) || c < 1 || c > 4) throw malformed(name, stbi_failure_reason());
+    const bool deep = !hdr && stbi_is_16_bit_from_memory(data, size);
+    checkSize(std::uint64_t(w), std::uint64_t(h), std::uint64_t(c) * (hdr || deep ? 4 : 1), name, limits);
+
+    RawImage image;
+    std::unique_ptr<void, StbFree> pixels;
+    if (hdr)
+        pixels.reset(stbi_loadf_from_memory(data, size, &w, &h, &c, 3)), c = 3;
+    else if (deep)
+        pixels.reset(stbi_load_16_from_memory(data, size, &w, &h, &c, 0));
+    else
+        pixels.reset(stbi_load_from_memory(data, size, &w, &h, &c, 0));
+    if (!pixels) throw malformed(name, stbi_failure_reason());
+    image.width = std::uint32_t(w);
+    image.height = std::uint32_t(h);
+    image.channels = std::uint32_t(c);
+    image.linear = hdr;
+    const std::size_t count = image.pixels() * image.channels;
+    if (hdr) {
+        const auto* values = static_cast<const float*>(pixels.get());
+        image.values.assign(values, values + count);
+    } else if (deep) {
+        const auto* values = static_cast<const std::uint16_t*>(pixels.get());
+        image.values.resize(count);
+        for (std::size_t i = 0; i < count; ++i) image.values[i] = float(values[i]) / 65535.0f;
+    } else {
+        const auto* values = static_cast<const std::uint8_t*>(pixels.get());
+        image.bytes.assign(values, values + count);
+    }
+    return image;
+}
+
+bool startsWith(std::span<const std::uint8_t> file, std::initializer_list<std::uint8_t> magic) {
+    return file.size() >= magic.size() && std::equal(magic.begin(), magic.end(), file.begin());
+}
+
+} // namespace
+
+RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) {
+    RawImage image;
+    if (startsWith(file, {0x76, 0x2f, 0x31, 0x01}))
+        image = decodeExr(file, name, limits);
+    else if (startsWith(file, {'#', '?'}))
+        image = decodeStb(file, name, limits, true);
+    else if (startsWith(file, {0x89, 'P', 'N', 'G'}) || startsWith(file, {0xff, 0xd8, 0xff}))
+        image = decodeStb(file, name, limits, false);
+    else
+        throw malformed(name, "its content is none of .exr, .hdr, .png, .jpg");
+    checkFinite(image, name);
+    return image;
+}
+
+float srgbDecode(float encoded) { // IEC 61966-2-1
+    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+float srgbEncode(float linear) {
+    return linear <= 0.0031308f ? linear * 12.92f : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+const float* srgbTable() {
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> t{};
+        for (int i = 0; i < 256; ++i) t[std::size_t(i)] = srgbDecode(float(i) / 255.0f);
+        return t;
+    }();
+    return table.data();
+}
+
+ReadImage readImage(const std::filesystem::path& file, bool linear, std::size_t maxPixels) {
+    const RawImage raw = decodeImage(readFile(file), file.string(), {.maxEdge = std::size_t(1) << 20, .maxPixels = maxPixels});
+    const bool encoded = !raw.linear && !linear;
+    const auto value = [&](std::size_t i) {
+        if (!raw.bytes.empty()) return encoded ? srgbTable()[raw.bytes[i]] : float(raw.bytes[i]) / 255.0f;
+        return encoded ? srgbDecode(raw.values[i]) : raw.values[i];
+    };
+    ReadImage out;
+    out.eightBit = !raw.bytes.empty();
+    const std::uint32_t channels = raw.channels <= 2 ? 1 : 3;
+    out.image = Image(int(raw.width), int(raw.height), int(channels));
+    if (raw.hasAlpha()) out.alpha.resize(raw.pixels());
+    if (out.eightBit) out.clipped.resize(raw.pixels());
+    for (std::size_t p = 0; p < raw.pixels(); ++p) {
+        for (std::uint32_t c = 0; c < channels; ++c) {
+            const std::size_t i = p * raw.channels + raw.channel(c);
+            out.image.values[p * channels + c] = value(i);
+            if (out.eightBit && raw.bytes[i] == 255) out.clipped[p] = true;
+        }
+        if (!raw.hasAlpha()) continue;
+        const std::size_t i = p * raw.channels + raw.channel(3);
+        out.alpha[p] = out.eightBit ? float(raw.bytes[i]) / 255.0f : raw.values[i]; // alpha is never sRGB-encoded
+    }
+    return out;
+}
+
+} // namespace cmpg

@@ -1,0 +1,95 @@
+// Reading untrusted JSON: every access is checked and every complaint names the place in the file.
+#include "scene/json_view.h"
+
+#include "base/error.h"
+
+#include <cmath>
+#include <limits>
+
+namespace cmpg {
+
+void JsonView::fail(const std::string& what, const std::string& cause, const std::string& remedy) const {
+    throw Error(ExitCode::Input, *file_ + ": " + (place_.empty() ? "the top level" : place_) + " " + what, cause, remedy);
+}
+
+JsonView JsonView::operator[](const std::string& key) const {
+    const std::string place = place_.empty() ? key : place_ + "." + key;
+    if (!exists()) return {nullptr, *file_, place};
+    if (!value_->is_object()) fail("is not an object");
+    const auto found = value_->find(key);
+    return {found == value_->end() ? nullptr : &*found, *file_, place};
+}
+
+std::uint32_t JsonView::size() const {
+    if (!exists()) return 0;
+    if (!value_->is_array()) fail("is not an array");
+    if (value_->size() >= std::numeric_limits<std::uint32_t>::max()) fail("has too many entries");
+    return std::uint32_t(value_->size());
+}
+
+JsonView JsonView::at(std::uint32_t i) const {
+    const std::string place = place_ + "[" + std::to_string(i) + "]";
+    if (i >= size()) JsonView(nullptr, *file_, place).fail("does not exist");
+    return {&(*value_)[i], *file_, place};
+}
+
+std::vector<std::string> JsonView::keys() const {
+    std::vector<std::string> keys;
+    if (!exists()) return keys;
+    if (!value_->is_object()) fail("is not an object");
+    for (const auto& [key, value] : value_->items()) keys.push_back(key);
+    return keys;
+}
+
+double JsonView::number() const {
+    if (!exists()) fail("is missing");
+    if (!value_->is_number()) fail("is not a number");
+    return value_->get<double>();
+}
+
+double JsonView::inFloatRange(double v) const {
+    if (!(std::abs(v) <= double(std::numeric_limits<float>::max()))) fail("is too large a number");
+    return v;
+}
+
+float JsonView::real(float fallback, float lowest, float highest) const {
+    const float v = real(fallback);
+    if (!(v >= lowest && v <= highest)) {
+        const auto shown = [](float x) { return Json(x).dump(); };
+        fail("is " + shown(v) + ", but must lie between " + shown(lowest) + " and " + shown(highest));
+    }
+    return v;
+}
+
+std::uint64_t JsonView::integer(std::uint64_t fallback, std::uint64_t highest) const {
+    if (!exists()) return fallback;
+    const double v = number(); // exporters write 3.0 as well as 3
+    if (!(v >= 0) || v != std::floor(v) || v > double(highest)) fail("is not an integer from 0 to " + std::to_string(highest));
+    return std::uint64_t(v);
+}
+
+bool JsonView::boolean(bool fallback) const {
+    if (!exists()) return fallback;
+    if (!value_->is_boolean()) fail("is neither true nor false");
+    return value_->get<bool>();
+}
+
+std::string JsonView::string() const {
+    if (!exists()) fail("is missing");
+    if (!value_->is_string()) fail("is not a string");
+    return value_->get<std::string>();
+}
+
+std::optional<std::uint32_t> JsonView::index(std::uint32_t count, const char* ofWhat) const {
+    if (!exists()) return std::nullopt;
+    const double v = number();
+    if (!(v >= 0) || v != std::floor(v) || v >= double(count))
+        fail("names " + std::string(ofWhat) + " " + value_->dump() + ", but there are " + std::to_string(count));
+    return std::uint32_t(v);
+}
+
+void JsonView::requireSize(std::uint32_t count) const {
+    if (size() != count) fail("has " + std::to_string(size()) + " entries, but must have " + std::to_string(count));
+}
+
+} // namespace cmpg

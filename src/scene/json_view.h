@@ -1,0 +1,62 @@
+// Reading untrusted JSON: every access is checked and every complaint names the place in the file.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cmpg {
+
+using Json = nlohmann::json;
+
+// A JSON value and where it stands ("materials[3].alphaCutoff"). An absent value is a view too, of nothing.
+class JsonView {
+  public:
+    JsonView(const Json* value, const std::string& file, std::string place) : value_(value), file_(&file), place_(std::move(place)) {}
+
+    bool exists() const { return value_ != nullptr; }
+    bool isObject() const { return exists() && value_->is_object(); } // extras may be anything
+    const std::string& place() const { return place_; }
+
+    // Member of an object, absent if there is none; fails if this is present and no object.
+    JsonView operator[](const std::string& key) const;
+    // Arrays; an absent one is empty.
+    std::uint32_t size() const;
+    JsonView at(std::uint32_t i) const;
+    std::vector<std::string> keys() const;
+
+    // Values; each fails if the type is wrong, and without fallback if the value is absent.
+    double number() const;
+    double number(double fallback) const { return exists() ? number() : fallback; }
+    float real(float fallback) const { return exists() ? float(inFloatRange(number())) : fallback; }
+    // Real number in [lowest, highest].
+    float real(float fallback, float lowest, float highest) const;
+    std::uint64_t integer(std::uint64_t fallback, std::uint64_t highest) const;
+    bool boolean(bool fallback) const;
+    std::string string() const;
+    std::string string(const std::string& fallback) const { return exists() ? string() : fallback; }
+    // Index into an array of `count` things; nullopt if absent.
+    std::optional<std::uint32_t> index(std::uint32_t count, const char* ofWhat) const;
+    // Exactly N numbers.
+    template <int N, class T> glm::vec<N, T> vec(glm::vec<N, T> fallback) const {
+        if (!exists()) return fallback;
+        requireSize(N);
+        for (int i = 0; i < N; ++i) fallback[i] = T(inFloatRange(at(std::uint32_t(i)).number()));
+        return fallback;
+    }
+    void requireSize(std::uint32_t count) const;
+
+    [[noreturn]] void fail(const std::string& what, const std::string& cause = "the file is damaged or was written by a faulty exporter",
+                           const std::string& remedy = "re-export the scene") const;
+
+  private:
+    double inFloatRange(double v) const;
+
+    const Json* value_;
+    const std::string* file_; // outlives every view of it
+    std::string place_;
+};
+
+} // namespace cmpg

@@ -1,0 +1,113 @@
+// Parameters: their names, ranges, packed form, and how names and globs find them.
+#include "base/error.h"
+#include "scene/image_decode.h"
+#include "scene/scene.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace cmpg {
+namespace {
+
+// Levenshtein distance of two names.
+std::size_t distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t(0));
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
+            diagonal = row[j];
+            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+// The three names most like `name`, for a message.
+template <class Things> std::string nearestNames(const Things& things, const std::string& name) {
+    std::vector<std::pair<std::size_t, std::string>> all;
+    for (const auto& thing : things) all.emplace_back(distance(thing.name, name), thing.name);
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::string text;
+    for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 3); ++i) text += (i ? ", " : "") + all[i].second;
+    return text.empty() ? "(there are none)" : text;
+}
+
+// * any characters, ? one. After a mismatch only the last * may take one character more, so the time is at most the product of lengths.
+bool matches(const std::string& glob, const std::string& text) {
+    std::size_t g = 0, t = 0, star = std::string::npos, resume = 0;
+    while (t < text.size()) {
+        if (g < glob.size() && glob[g] == '*') {
+            star = g++;
+            resume = t;
+        } else if (g < glob.size() && (glob[g] == '?' || glob[g] == text[t])) {
+            ++g;
+            ++t;
+        } else if (star != std::string::npos) {
+            g = star + 1;
+            t = ++resume;
+        } else {
+            return false;
+        }
+    }
+    return glob.find_first_not_of('*', g) == std::string::npos;
+}
+
+} // namespace
+
+const char* slotName(SlotKind kind) {
+    constexpr const char* kNames[] = {"baseColor", "roughness", "metallic", "specular", "emission", "normal", "radiance"};
+    return kNames[std::size_t(kind)];
+}
+
+void Parameter::materialise() {
+    if (bytes.empty()) return;
+    values.resize(entries());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const int c = int(i % channels);
+        values[i] = (srgb ? srgbTable()[bytes[i]] : float(bytes[i]) / 255.0f) * scale[c] + bias[c];
+    }
+    bytes = {};
+    srgb = false;
+    scale = glm::vec3(1);
+    bias = glm::vec3(0);
+}
+
+float Parameter::lowest() const { return kind == SlotKind::Normal ? -1.0f : 0.0f; }
+
+float Parameter::highest() const {
+    return kind == SlotKind::Emission || kind == SlotKind::Radiance ? std::numeric_limits<float>::infinity() : 1.0f;
+}
+
+std::uint32_t Scene::parameter(const std::string& name) const {
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+        if (parameters[i].name == name) return std::uint32_t(i);
+    throw Error(ExitCode::Usage, source + " has no parameter " + name, "the nearest names are " + nearestNames(parameters, name),
+                "`inspect` lists all parameters");
+}
+
+std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
+    // A name that is one is meant literally, whatever characters it has.
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+        if (parameters[i].name == glob) return {std::uint32_t(i)};
+    std::vector<std::uint32_t> found;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+        if (matches(glob, parameters[i].name)) found.push_back(std::uint32_t(i));
+    if (!found.empty()) return found;
+    if (glob.find_first_of("*?") == std::string::npos) parameter(glob); // throws
+    throw Error(ExitCode::Usage, source + " has no parameter that matches " + glob,
+                "names are case sensitive; the nearest are " + nearestNames(parameters, glob), "`inspect` lists all parameters");
+}
+
+const Camera& Scene::camera(const std::string& name) const {
+    if (name.empty()) return cameras.front();
+    for (const Camera& camera : cameras)
+        if (camera.name == name) return camera;
+    throw Error(ExitCode::Usage, source + " has no camera " + name, "the nearest names are " + nearestNames(cameras, name),
+                "`inspect` lists all cameras");
+}
+
+} // namespace cmpg
