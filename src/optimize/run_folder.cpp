@@ -2,6 +2,7 @@
 #include "optimize/run_folder.h"
 
 #include "base/error.h"
+#include "scene/gltf_export.h"
 
 #include <cmath>
 #include <cstdio>
@@ -28,13 +29,7 @@ std::string viewFile(const std::string& what, std::size_t view, std::size_t view
 
 } // namespace
 
-std::string parameterFileName(const std::string& parameterName) {
-    std::string name = parameterName;
-    for (char& c : name)
-        if (std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos || static_cast<unsigned char>(c) < 0x20)
-            c = '_';
-    return name;
-}
+std::string parameterFileName(const std::string& parameterName) { return fileName(parameterName); }
 
 Image parameterImage(const Parameter& parameter, std::span<const double> values) {
     Image image(int(parameter.width), int(parameter.height), int(parameter.channels));
