@@ -35,7 +35,7 @@ ExitCode runVersion(const Options& options, Report& report) {
     } catch (const Error& e) {
         out << "device: none (" << e.what() << ")\n";
     }
-    out << "required: Vulkan 1.3 with scalarBlockLayout, maintenance4, synchronization2, subgroup ballot and arithmetic in compute;\n"
+    out << "required: Vulkan 1.3, a compute queue, scalarBlockLayout, maintenance4, subgroup ballot and arithmetic in compute\n"
            "optional: 64-bit integers and their atomics, 64-bit floats\n";
     return ExitCode::Done;
 }

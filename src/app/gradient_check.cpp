@@ -126,6 +126,8 @@ double Comparison::power() const {
     return finite != 0 ? (3 * standardError + systematic) / std::abs(finite) : std::numeric_limits<double>::infinity();
 }
 
+bool Comparison::vanishes() const { return std::max(std::abs(forward), std::abs(finite)) <= 3 * standardError + systematic; }
+
 bool CheckResult::agrees() const {
     return std::all_of(comparisons.begin(), comparisons.end(), [&](const Comparison& c) { return c.probability >= threshold; });
 }
@@ -182,9 +184,10 @@ std::string describe(const CheckResult& result, const std::string& parameter, co
     std::snprintf(line, sizeof line, "  %-12s %13s %13s %11s %8s %10s %10s\n", "", "forward", "finite diff.", "std. error", "z", "rel. error", "detects");
     text += line;
     const auto row = [&](const Comparison& c, const std::string& name) {
-        std::snprintf(line, sizeof line, "  %-12s %13.6g %13.6g %11.3g %8.2f %9.3f%% %9.3f%%\n", name.c_str(), c.forward, c.finite, c.standardError, c.z(),
-                      100 * c.relativeError(), 100 * c.power());
+        std::snprintf(line, sizeof line, "  %-12s %13.6g %13.6g %11.3g %8.2f", name.c_str(), c.forward, c.finite, c.standardError, c.z());
         text += line;
+        std::snprintf(line, sizeof line, " %9.3f%% %9.3f%%\n", 100 * c.relativeError(), 100 * c.power());
+        text += c.vanishes() ? "          -          -\n" : line;
     };
     std::size_t means = 0;
     while (means < result.comparisons.size() && result.comparisons[means].what.rfind("block", 0) != 0) ++means;
@@ -195,7 +198,10 @@ std::string describe(const CheckResult& result, const std::string& parameter, co
     std::snprintf(line, sizeof line, "  %s: of %zu comparisons (channel means, blocks; the worst block is shown) the worst has probability %.2g by chance; limit %.2g\n",
                   result.agrees() ? "agrees" : "DISAGREES", result.comparisons.size(), overall, result.threshold);
     text += line;
-    if (result.worst(0, means).power() > 0.1) text += "  weak: errors below a tenth of the gradient would not show; raise --spp\n";
+    const auto first = result.comparisons.begin(), last = first + std::ptrdiff_t(means);
+    if (std::all_of(first, last, [](const Comparison& c) { return c.vanishes(); }))
+        text += "  nothing to compare: the parameter has no effect on the mean of this image that shows above the errors\n";
+    else if (std::any_of(first, last, [](const Comparison& c) { return !c.vanishes() && c.power() > 0.1; })) text += "  weak: errors below a tenth of the gradient would not show; raise --spp\n";
     return text;
 }
 

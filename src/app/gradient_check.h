@@ -32,6 +32,7 @@ struct Comparison {
     double z() const { return standardError > 0 ? (forward - finite) / standardError : 0; }
     double relativeError() const;     // of the finite difference
     double power() const;             // smallest relative error that would stand out by 3 standard errors
+    bool vanishes() const;            // both sides are zero within their errors: no relative error to speak of
 };
 
 struct CheckResult {

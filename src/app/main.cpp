@@ -28,8 +28,6 @@ ExitCode run(int argc, char** argv) {
     const Options options = parseOptions(argc, argv);
     setQuiet(options.quiet);
     Report report(options);
-    const bool renders = options.command == Command::Render || options.command == Command::Gradient || options.command == Command::Optimize;
-    if (renders) printConfiguration(options);
     const ExitCode code = dispatch(options, report);
     if (options.json) std::cout << report.toJson().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
     std::cout.flush();

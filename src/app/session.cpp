@@ -63,7 +63,16 @@ void Session::prepare(const View& view, const std::filesystem::path& folder) {
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
-    if (!folder.empty()) writeRunJson(options_, folder, report_);
+
+    Options effective = options_;
+    effective.maxDepth = config.maxDepth;
+    if (options_.target.size() <= 1) { // several targets have cameras and sizes of their own
+        effective.width = std::uint32_t(view.width);
+        effective.height = std::uint32_t(view.height);
+        effective.camera = view.camera->name;
+    }
+    if (options_.command != Command::Inspect) printConfiguration(effective);
+    if (!folder.empty()) writeRunJson(effective, folder, report_);
 }
 
 void Session::finish(const Image* result) {

@@ -21,7 +21,8 @@ class Session {
     Scene scene;
     std::vector<std::uint32_t> parameters; // selected by --param
     // Opens the device and builds the renderer for the scene as it is now: after all other input was checked, which needs no device.
-    // The report takes up the view's size and the times so far; run.json goes into `folder` unless it is empty.
+    // The report takes up the view's size and the times so far; the configuration is printed, and
+    // written to run.json in `folder` unless that is empty.
     void prepare(const View& view, const std::filesystem::path& folder);
     Renderer& renderer() { return *renderer_; } // after prepare()
     const MemoryUse& deviceMemory() const { return device_->memory(); }

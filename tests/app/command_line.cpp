@@ -1,0 +1,71 @@
+// Helpers of the command line's tests: parsing, running the program, temporary folders.
+#include "command_line.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cmpg::test {
+namespace {
+
+std::string quoted(const std::string& text) {
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+}
+
+} // namespace
+
+Options parse(const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv{"cmpg-vk"};
+    for (const std::string& a : arguments) argv.push_back(a.c_str());
+    return parseOptions(int(argv.size()), argv.data());
+}
+
+ExitCode parseCode(const std::vector<std::string>& arguments) {
+    try {
+        parse(arguments);
+        return ExitCode::Done;
+    } catch (const Error& e) {
+        return e.code;
+    }
+}
+
+ProgramResult runProgram(const std::vector<std::string>& arguments, const std::vector<std::string>& environment) {
+    const TemporaryFolder folder;
+    std::string command;
+    for (const std::string& e : environment) command += e.substr(0, e.find('=') + 1) + quoted(e.substr(e.find('=') + 1)) + " ";
+    command += quoted(CMPG_BINARY);
+    for (const std::string& a : arguments) command += " " + quoted(a);
+    command += " >" + quoted(folder / "out") + " 2>" + quoted(folder / "err") + " </dev/null";
+    const int status = std::system(command.c_str());
+    ProgramResult result;
+    result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result.out = readText(folder / "out");
+    result.err = readText(folder / "err");
+    return result;
+}
+
+TemporaryFolder::TemporaryFolder() {
+    static std::atomic<int> count{0};
+    path_ = std::filesystem::temp_directory_path() / ("cmpg-test-" + std::to_string(getpid()) + "-" + std::to_string(count++));
+    std::filesystem::create_directories(path_);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+void writeText(const std::string& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+
+std::string readText(const std::string& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+} // namespace cmpg::test

@@ -1,0 +1,39 @@
+// Helpers of the command line's tests: parsing, running the program, temporary folders.
+#pragma once
+
+#include "app/options.h"
+#include "base/error.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cmpg::test {
+
+// Arguments without the program's name.
+Options parse(const std::vector<std::string>& arguments);
+// Exit code of the Error that parsing throws; Done when it throws none.
+ExitCode parseCode(const std::vector<std::string>& arguments);
+
+struct ProgramResult {
+    int code = -1; // exit code; 128 + signal if it was killed
+    std::string out, err;
+};
+ProgramResult runProgram(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}); // "NAME=VALUE"
+
+// A folder of its own that goes with the object.
+class TemporaryFolder {
+  public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+    std::string path() const { return path_.string(); }
+
+  private:
+    std::filesystem::path path_;
+};
+
+void writeText(const std::string& file, const std::string& text);
+std::string readText(const std::string& file);
+
+} // namespace cmpg::test

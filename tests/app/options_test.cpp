@@ -1,0 +1,175 @@
+// The command line: where options may stand, what they mean, what is refused, and the way through run.json and back.
+#include "command_line.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cmpg {
+namespace {
+
+using test::parse;
+using test::parseCode;
+
+TEST(Options, CommonOptionsStandBeforeOrAfterTheCommand) {
+    const std::vector<std::string> common = {"--spp",    "7",  "--spp-gradient", "3",      "--width", "33",  "--height", "21",      "--camera", "side",
+                                             "--max-depth", "5", "--seed",       "18446744073709551615", "--device", "1", "--memory", "64", "--set", "a.b=0.5",
+                                             "--sampler", "independent", "--sampling", "bsdf", "--no-nee", "--pixel-sampling", "uniform", "--json", "--quiet"};
+    const std::vector<std::vector<std::string>> commands = {{"render", "s.gltf", "-o", "a.exr"},
+                                                            {"gradient", "s.gltf", "--param", "p", "-o", "a.exr"},
+                                                            {"optimize", "s.gltf", "--param", "p", "--target", "t.exr", "-o", "d"},
+                                                            {"inspect", "s.gltf"},
+                                                            {"view", "a.exr", "-o", "a.png"}};
+    for (const auto& command : commands)
+        for (const bool before : {false, true}) {
+            std::vector<std::string> arguments = {"--headless"};
+            if (before) arguments.insert(arguments.end(), common.begin(), common.end());
+            arguments.insert(arguments.end(), command.begin(), command.end());
+            if (!before) arguments.insert(arguments.end(), common.begin(), common.end());
+            const Options o = parse(arguments);
+            SCOPED_TRACE(command[0] + (before ? ", before" : ", after"));
+            EXPECT_EQ(commandName(o.command), command[0]);
+            EXPECT_EQ(o.input, command[1]);
+            EXPECT_TRUE(o.headless && o.json && o.quiet && o.noLightSampling);
+            EXPECT_EQ(o.spp, 7u);
+            EXPECT_EQ(o.sppGradient, 3u);
+            EXPECT_EQ(o.width, 33u);
+            EXPECT_EQ(o.height, 21u);
+            EXPECT_EQ(o.maxDepth, 5u);
+            EXPECT_EQ(o.seed, ~std::uint64_t(0));
+            EXPECT_EQ(o.memory, 64u);
+            EXPECT_EQ(o.camera, "side");
+            EXPECT_EQ(o.device, "1");
+            EXPECT_EQ(o.set, std::vector<std::string>{"a.b=0.5"});
+            EXPECT_EQ(o.sampler, Sampler::Independent);
+            EXPECT_EQ(o.pixelSampling, PixelSampling::Uniform);
+        }
+}
+
+TEST(Options, RepeatedOptionsTakeOneValueEach) {
+    const Options o = parse({"gradient", "--param", "a", "s.gltf", "--param", "b*", "--set", "a=1", "-o", "d", "--set", "b=2"});
+    EXPECT_EQ(o.input, "s.gltf");
+    EXPECT_EQ(o.param, (std::vector<std::string>{"a", "b*"}));
+    EXPECT_EQ(o.set, (std::vector<std::string>{"a=1", "b=2"}));
+}
+
+TEST(Options, SamplesPerPixelDependOnTheCommand) {
+    const auto render = parse({"render", "s", "-o", "a.exr"});
+    EXPECT_EQ(render.effectiveSpp(), 64u);
+    const auto gradient = parse({"gradient", "s", "--param", "p", "-o", "a.exr", "--spp", "9"});
+    EXPECT_EQ(gradient.effectiveSppGradient(), 9u);
+    const auto optimize = parse({"optimize", "s", "--param", "p", "--target", "t", "-o", "d"});
+    EXPECT_EQ(optimize.effectiveSpp(), 16u);
+    EXPECT_EQ(optimize.effectiveSppGradient(), 4u);
+}
+
+TEST(Options, NegativeNumbersAreValues) {
+    EXPECT_FLOAT_EQ(parse({"view", "a.exr", "-o", "a.png", "--exposure", "-1.5"}).exposure, -1.5f);
+}
+
+TEST(Options, RefusesWhatMakesNoSense) {
+    const std::vector<std::vector<std::string>> wrong = {
+        {},
+        {"paint", "s"},
+        {"render"},
+        {"render", "s"}, // no -o
+        {"render", "s", "-o"},
+        {"render", "s", "t", "-o", "a.exr"},
+        {"render", "s", "-o", "a.exr", "--param", "p"}, // of another command
+        {"render", "s", "-o", "a.exr", "--spp", "0"},
+        {"render", "s", "-o", "a.exr", "--spp", "-4"},
+        {"render", "s", "-o", "a.exr", "--spp", "4.5"},
+        {"render", "s", "-o", "a.exr", "--spp", "many"},
+        {"render", "s", "-o", "a.exr", "--spp", "99999999999999"},
+        {"render", "s", "-o", "a.exr", "--width", "1000000"},
+        {"render", "s", "-o", "a.exr", "--max-depth", "0"},
+        {"render", "s", "-o", "a.exr", "--memory", "0"},
+        {"render", "s", "-o", "a.exr", "--seed", "-1"},
+        {"render", "s", "-o", "a.exr", "--sampler", "halton"},
+        {"render", "s", "-o", "a.exr", "--sampling", "magic"},
+        {"render", "s", "-o", "a.exr", "--set", "novalue"},
+        {"render", "s", "-o", "a.exr", "--config", "/nonexistent/run.json"},
+        {"gradient", "s", "-o", "a.exr"}, // no --param
+        {"gradient", "s", "--param", "p"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a", "--target", "b"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--target", "b"},
+        {"gradient", "s", "--param", "p", "--check", "--adjoint", "a.exr"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a.exr", "--direction", "self"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--loss", "huber"},
+        {"optimize", "s", "--param", "p", "-o", "d"}, // no --target
+        {"optimize", "s", "--target", "t", "-o", "d"},
+        {"optimize", "s", "--param", "p", "--target", "t"},
+        {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--steps", "0"},
+        {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--total-variation", "nan"},
+        {"view", "a.exr", "-o", "a.png", "--exposure", "inf"},
+        {"render", "s", "-o", "a.exr", "view", "a.exr"},
+    };
+    for (const auto& arguments : wrong) {
+        std::string line;
+        for (const auto& a : arguments) line += a + " ";
+        EXPECT_EQ(parseCode(arguments), ExitCode::Usage) << line;
+    }
+}
+
+TEST(Options, HelpNamesEveryCommandAndExitCode) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"-h"}, {"render", "--help"}})
+        EXPECT_THROW(parse(arguments), HelpRequested);
+    try {
+        parse({"--help"});
+    } catch (const HelpRequested& help) {
+        for (const char* word : {"render", "gradient", "optimize", "inspect", "view", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
+            EXPECT_NE(help.text.find(word), std::string::npos) << word;
+    }
+}
+
+// Every option away from its default, so that one that is lost on the way shows.
+TEST(Options, ConfigurationSurvivesTheRoundTrip) {
+    const std::vector<std::vector<std::string>> runs = {
+        {"render", "/s.gltf", "-o", "a.exr", "--spp", "3", "--width", "8", "--height", "9", "--camera", "c", "--max-depth", "2", "--seed", "18446744073709551615",
+         "--device", "llvm", "--memory", "77", "--set", "p=1,2,3", "--sampler", "independent", "--no-nee", "--pixel-sampling", "uniform"},
+        {"gradient", "/s.gltf", "-o", "a.exr", "--param", "p", "--param", "q*", "--direction", "self"},
+        {"gradient", "/s.gltf", "-o", "a.exr", "--param", "p", "--adjoint", "/a.exr", "--spp-gradient", "5"},
+        {"gradient", "/s.gltf", "--param", "p", "--check"},
+        {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "c=/t.exr", "--loss", "relative-mse", "--mask", "/m.png", "--target-exposure", "-0.3", "--steps",
+         "12", "--optimizer", "sgd", "--rate", "0.1", "--rate", "normal=0.2", "--schedule", "cosine", "--final-rate", "0.7", "--total-variation", "0.001"},
+        {"view", "/a.exr", "-o", "a.png", "--signed", "--exposure", "0.1", "--scale", "1e-5"},
+    };
+    for (const auto& arguments : runs) {
+        const nlohmann::ordered_json config = toConfig(parse(arguments));
+        Options back;
+        applyConfig(nlohmann::json::parse(config.dump()), back);
+        EXPECT_EQ(toConfig(back), config) << config.dump(1);
+        for (const char* key : {"output", "json", "quiet", "config"}) EXPECT_FALSE(config.contains(key)) << key; // not what makes the result
+    }
+    EXPECT_EQ(toConfig(parse(runs[4])).at("target-exposure").dump(), "-0.3"); // a float in few digits
+}
+
+TEST(Options, CommandLineOverridesTheConfiguration) {
+    const test::TemporaryFolder folder;
+    const std::string file = folder / "run.json";
+    test::writeText(file, R"({"command": "render", "input": "/s.gltf", "spp": 5, "no-nee": true, "set": ["a=1", "b=2"], "seed": 4, "made-with": {"version": "?"}})");
+    const Options o = parse({"--config", file, "-o", "a.exr", "--spp", "6", "--set", "c=3"});
+    EXPECT_EQ(o.command, Command::Render);
+    EXPECT_EQ(o.input, "/s.gltf");
+    EXPECT_EQ(o.spp, 6u);
+    EXPECT_EQ(o.seed, 4u);
+    EXPECT_TRUE(o.noLightSampling);
+    EXPECT_EQ(o.set, std::vector<std::string>{"c=3"}); // replaced, not appended
+    const Options other = parse({"inspect", "/t.gltf", "--config=" + file, "--no-nee=false"});
+    EXPECT_EQ(other.command, Command::Inspect);
+    EXPECT_EQ(other.input, "/t.gltf");
+    EXPECT_FALSE(other.noLightSampling);
+    EXPECT_EQ(other.set.size(), 2u);
+}
+
+TEST(Options, RefusesBadConfigurations) {
+    const test::TemporaryFolder folder;
+    const std::string file = folder / "run.json";
+    for (const char* text : {"", "{", "[]", "3", R"({"spp": "4"})", R"({"spp": -4})", R"({"spp": 4.5})", R"({"spp": 5000000000})", R"({"sppp": 4})", R"({"set": "a=1"})",
+                             R"({"set": [1]})", R"({"sampler": "halton"})", R"({"no-nee": 1})", R"({"command": "paint"})", R"({"spp": 0})", R"({"camera": null})"}) {
+        test::writeText(file, text);
+        EXPECT_EQ(parseCode({"render", "s", "-o", "a.exr", "--config", file}), ExitCode::Usage) << text;
+    }
+}
+
+} // namespace
+} // namespace cmpg

@@ -1,0 +1,62 @@
+// The object --json prints: its fields and their kinds, whatever the command.
+#include "app/report.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace cmpg {
+namespace {
+
+TEST(Report, HasExactlyTheDocumentedFields) {
+    Options o;
+    o.command = Command::Gradient;
+    o.spp = 12;
+    o.seed = ~std::uint64_t(0);
+    o.memory = 512;
+    Report report(o);
+    report.kernels["trace_closest"] = {3, 0.5};
+    report.dropped["film.nonfinite"] = 2;
+    report.loss = {0.5, std::nan("")};
+    report.outputs.emplace_back("gradient", "a.exr");
+    const nlohmann::json json = nlohmann::json::parse(report.toJson().dump());
+
+    std::vector<std::string> names;
+    for (const auto& [key, value] : json.items()) names.push_back(key);
+    EXPECT_EQ(names, (std::vector<std::string>{"command", "device", "driver", "dropped", "height", "kernels", "loss", "memory", "outputs", "paths", "rays", "seconds",
+                                               "seed", "spp", "width"})); // in the alphabet's order
+    EXPECT_EQ(json["command"], "gradient");
+    EXPECT_EQ(json["spp"], 12);
+    EXPECT_EQ(json["seed"].get<std::uint64_t>(), ~std::uint64_t(0));
+    names.clear();
+    for (const auto& [key, value] : json["seconds"].items()) {
+        names.push_back(key);
+        EXPECT_TRUE(value.is_number()) << key;
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"compile", "gradient", "guide", "load", "optimizer", "primal", "total"}));
+    EXPECT_EQ(json["kernels"]["trace_closest"]["calls"], 3);
+    EXPECT_EQ(json["kernels"]["trace_closest"]["seconds"], 0.5);
+    EXPECT_EQ(json["memory"]["budget_bytes"], 512u << 20);
+    EXPECT_EQ(json["memory"]["device_peak_bytes"], 0);
+    EXPECT_GT(json["memory"]["host_peak_bytes"].get<std::uint64_t>(), 1u << 20); // this process surely has a mebibyte
+    EXPECT_EQ(json["dropped"]["film.nonfinite"], 2);
+    EXPECT_EQ(json["loss"][0], 0.5);
+    EXPECT_TRUE(json["loss"][1].is_null());
+    EXPECT_EQ(json["outputs"]["gradient"], "a.exr");
+}
+
+TEST(Report, EmptyPartsKeepTheirKind) {
+    const nlohmann::ordered_json json = Report(Options{}).toJson();
+    EXPECT_EQ(json["kernels"].dump(), "{}");
+    EXPECT_EQ(json["dropped"].dump(), "{}");
+    EXPECT_EQ(json["outputs"].dump(), "{}");
+    EXPECT_EQ(json["loss"].dump(), "[]");
+}
+
+TEST(Report, HostPeakGrowsWithMemory) {
+    const std::uint64_t before = hostPeakBytes();
+    const std::vector<char> block(std::size_t(64) << 20, 1);
+    EXPECT_GE(hostPeakBytes() + (1u << 20), before + (block[12345] ? block.size() : 0));
+}
+
+} // namespace
+} // namespace cmpg
