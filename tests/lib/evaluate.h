@@ -26,6 +26,9 @@ struct Evaluation {
 Evaluation evaluateFloat(const Query& query);
 Evaluation evaluateDouble(const Query& query);
 
+// A direction drawn by the float build; false: none.
+bool sampleFloat(const Query& query, const glm::vec3& u, glm::vec3& wi);
+
 // Random queries: roughness 0 to 1 (many at and near the floor), grazing directions down to `minCosine`, half vectors within and far
 // outside the lobe, black and white colours, all mixes of lobes, both sides of the normal.
 class QueryGenerator {

@@ -8,3 +8,8 @@ cmpg::test::Evaluation cmpg::test::evaluateFloat(const Query& query) {
     using shader_float::ShaderLibrary;
 #include "evaluate.inc"
 }
+
+bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) {
+    shader_float::ShaderLibrary library;
+    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior}, q.normal, q.wo, u, wi);
+}
