@@ -40,7 +40,7 @@ vec3 dielectricF0(Surface s) {
     return min(r * r * s.specularColor, vec3(1.0));
 }
 
-vec3 schlick(vec3 f0, float weight) { return f0 + (vec3(1.0) - f0) * weight; }
+vec3 fresnel(vec3 f0, Schlick f) { return f0 * f.keep + vec3(f.grazing); }
 
 // Lobes that can have a value or a wanted derivative somewhere.
 bool hasDiffuse(Surface s) {
@@ -56,9 +56,11 @@ bool hasSpecular(Surface s) {
 float specularProbability(Surface s, float cosO) {
     if (!hasSpecular(s)) return 0.0;
     if (!hasDiffuse(s)) return 1.0;
-    float w = square(square(1.0 - cosO)) * (1.0 - cosO);
-    float fr = s.specular * maxComponent(schlick(dielectricF0(s), w));
-    float specular = mix(fr, maxComponent(schlick(s.baseColor, w)), s.metallic);
+    Schlick f;
+    f.grazing = square(square(1.0 - cosO)) * (1.0 - cosO);
+    f.keep = 1.0 - f.grazing;
+    float fr = s.specular * maxComponent(fresnel(dielectricF0(s), f));
+    float specular = mix(fr, maxComponent(fresnel(s.baseColor, f)), s.metallic);
     float diffuse = (1.0 - s.metallic) * (1.0 - fr) * maxComponent(s.baseColor);
     return clamp(specular / max(specular + diffuse, 1e-6), 0.1, 0.9);
 }
@@ -84,22 +86,24 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     vec3 gradientY = zero;
     vec3 gradientZ = zero;
     float dielectric = 1.0 - s.metallic;
-    float weight = 0.0; // of grazing reflection in Schlick's approximation
+    Schlick f;
+    vec3 f0 = zero;
     vec3 fr = zero;
+    float transmitted = 1.0; // 1 - specular max(fr)
     if (kLobeSpecular) {
-        weight = schlickWeight(wo, wi);
-        fr = schlick(dielectricF0(s), weight);
+        f = schlickWeights(wo, wi);
+        f0 = dielectricF0(s);
+        fr = fresnel(f0, f);
+        transmitted = (1.0 - s.specular * maxComponent(f0)) * f.keep + (1.0 - s.specular) * f.grazing;
     }
-    float strongest = maxComponent(fr);
 
     if (kLobeDiffuse) {
         float lambert = cosI * kInvPi;
-        float transmitted = 1.0 - s.specular * strongest;
         vec3 colour = dielectric * transmitted * s.baseColor;
         value = colour * lambert;
         if (kDiffBaseColor) d.baseColor = vec3(dielectric * transmitted * lambert);
         if (kDiffMetallic) d.metallic = -transmitted * lambert * s.baseColor;
-        if (kDiffSpecular) d.specular = -dielectric * strongest * lambert * s.baseColor;
+        if (kDiffSpecular) d.specular = -dielectric * maxComponent(fr) * lambert * s.baseColor;
         if (kDiffNormal) {
             vec3 tangential = (wi - cosI * n) * kInvPi;
             gradientX = colour * tangential.x;
@@ -110,17 +114,20 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     if (kLobeSpecular) {
         HalfVector h = halfVector(n, wo, wi);
         GgxReflection g = ggxReflection(alphaFromRoughness(s.roughness), n, wo, wi, cosO, cosI, h);
-        vec3 metal = schlick(s.baseColor, weight);
-        vec3 fresnel = dielectric * s.specular * fr + s.metallic * metal;
-        value = value + fresnel * g.value;
-        if (kDiffBaseColor) d.baseColor = d.baseColor + vec3(s.metallic * (1.0 - weight) * g.value);
-        if (kDiffRoughness) d.roughness = fresnel * (g.alpha * alphaDerivative(s.roughness));
-        if (kDiffMetallic) d.metallic = d.metallic + (metal - s.specular * fr) * g.value;
+        vec3 reflected = dielectric * s.specular * fr + s.metallic * fresnel(s.baseColor, f);
+        value = value + reflected * g.value;
+        if (kDiffBaseColor) d.baseColor = d.baseColor + vec3(s.metallic * f.keep * g.value);
+        if (kDiffRoughness) d.roughness = reflected * (g.alpha * alphaDerivative(s.roughness));
+        if (kDiffMetallic) {
+            // The difference of the two Fresnel terms, where they meet at grazing angles.
+            vec3 difference = (s.baseColor - s.specular * f0) * f.keep + vec3((1.0 - s.specular) * f.grazing);
+            d.metallic = d.metallic + difference * g.value;
+        }
         if (kDiffSpecular) d.specular = d.specular + dielectric * fr * g.value;
         if (kDiffNormal) {
-            gradientX = gradientX + fresnel * g.normal.x;
-            gradientY = gradientY + fresnel * g.normal.y;
-            gradientZ = gradientZ + fresnel * g.normal.z;
+            gradientX = gradientX + reflected * g.normal.x;
+            gradientY = gradientY + reflected * g.normal.y;
+            gradientZ = gradientZ + reflected * g.normal.z;
         }
     }
     d.normalX = gradientX * side;
@@ -143,7 +150,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     if (!(min(cosO, cosI) > kMinCosine)) return 0.0;
     float probability = specularProbability(s, cosO);
     float pdf = 0.0;
-    if (kLobeDiffuse && hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
+    if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
     if (kLobeSpecular) pdf += probability * ggxPdf(alphaFromRoughness(s.roughness), cosO, halfVector(n, wo, wi));
     return pdf;
 }

@@ -32,14 +32,22 @@ HalfVector halfVector(vec3 n, vec3 wo, vec3 wi) {
     return h;
 }
 
-// (1 - |w.h|)^5, with 1 - cos from the difference of the directions: no cancellation when they meet.
-float schlickWeight(vec3 wo, vec3 wi) {
+// Schlick's approximation F = f0 keep + grazing: grazing = (1 - |w.h|)^5, keep = 1 - grazing, both with relative accuracy.
+struct Schlick {
+    float keep;
+    float grazing;
+};
+
+Schlick schlickWeights(vec3 wo, vec3 wi) {
     vec3 m = wo + wi;
     vec3 d = wo - wi;
     float c = min(0.5 * length(m), 1.0);
-    float x = min(dot(d, d) / (4.0 * (1.0 + c)), 1.0);
+    float x = min(dot(d, d) / (4.0 * (1.0 + c)), 1.0); // 1 - c without cancellation when the directions meet
     float x2 = x * x;
-    return x2 * x2 * x;
+    Schlick f;
+    f.grazing = x2 * x2 * x;
+    f.keep = c * (1.0 + x + x2 + x2 * x + x2 * x2);
+    return f;
 }
 
 // Distribution of normals D, per steradian of half vectors.

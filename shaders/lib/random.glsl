@@ -7,7 +7,7 @@
 struct SampleKey {
     uvec2 stream;     // of seed, step and pass: streamKey()
     uint pixel;
-    uint sampleIndex; // within the pixel and pass; goes on over the batches of a pass
+    uint sampleIndex; // within the pixel and pass; goes on over the batches of a pass; below 2^24
     uint branch;      // which copy of a split path
     uint bounce;
 };

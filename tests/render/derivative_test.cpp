@@ -87,7 +87,7 @@ TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
         // A pixel's own scale: its derivative, and the rounding of its value over the step.
         const double tolerance = 1e-3 * std::abs(expected) + 4e-6 * (std::abs(plus.values[i]) + 1e-3) / h;
         // Where the two steps disagree there is no derivative to compare with: a normal that crosses the horizon makes f jump.
-        if (std::abs(narrow - wide) > 0.02 * std::abs(expected) + tolerance) {
+        if (std::abs(narrow - wide) > 0.002 * std::abs(expected) + tolerance) {
             ++unusable;
             continue;
         }

@@ -1,0 +1,15 @@
+// The single-precision half of evaluate.h.
+#include "shader_float.h"
+
+#include "evaluate.h"
+
+cmpg::test::Evaluation cmpg::test::evaluateFloat(const Query& query) {
+    using Real = float;
+    using shader_float::ShaderLibrary;
+#include "evaluate.inc"
+}
+
+bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) {
+    shader_float::ShaderLibrary library;
+    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior}, q.normal, q.wo, u, wi);
+}
