@@ -4,7 +4,7 @@
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
 
-bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
+#define CMPG_ACCEPT_ALL
 #include "lib/traverse.glsl"
 
 layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
@@ -27,11 +27,8 @@ void main() {
             if (mine != kNone)
                 beginRay(rays[mine].origin, rays[mine].direction, uintBitsToFloat(0x7f800000u));
         }
-        if (!anyLane(rayCursor != kNone))
+        if (!subgroupAny(rayCursor != kNone))
             break;
-        do {
-            if (rayCursor != kNone)
-                stepRay();
-        } while (keepStepping(rayCursor != kNone));
+        walk();
     }
 }

@@ -4,7 +4,7 @@
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
 
-bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
+#define CMPG_ACCEPT_ALL
 #define CMPG_ANY_HIT
 #include "lib/traverse.glsl"
 
@@ -28,11 +28,8 @@ void main() {
             if (mine != kNone)
                 beginRay(shadowRays[mine].origin, shadowRays[mine].direction, shadowRays[mine].distance);
         }
-        if (!anyLane(rayCursor != kNone))
+        if (!subgroupAny(rayCursor != kNone))
             break;
-        do {
-            if (rayCursor != kNone)
-                stepRay();
-        } while (keepStepping(rayCursor != kNone));
+        walk();
     }
 }

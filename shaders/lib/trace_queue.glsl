@@ -9,9 +9,6 @@
 layout(constant_id = 0) const uint kDriverThreads = 1u; // threads that run contiguous ranges of workgroups
 layout(constant_id = 1) const bool kRefill = false;     // lanes that have finished take new rays before the others have
 
-// Refilling costs about as much as two steps of the traversal; it waits until this many lanes of a subgroup are idle.
-const uint kIdleLanes = 4u;
-
 shared uint queueNext;
 uint queueEnd;
 
@@ -35,10 +32,5 @@ uint takeFromQueue() {
     return item < queueEnd ? item : kNone;
 }
 
-bool anyLane(bool x) { return subgroupAny(x); }
-
-bool keepStepping(bool busy) {
-    if (!kRefill)
-        return busy;
-    return subgroupBallotBitCount(subgroupBallot(busy)) > gl_SubgroupSize - kIdleLanes;
-}
+// Whether at least a part of the subgroup's lanes (in eighths) say yes.
+bool laneShare(bool yes, uint eighths) { return subgroupBallotBitCount(subgroupBallot(yes)) * 8u >= gl_SubgroupSize * eighths; }
