@@ -160,7 +160,7 @@ class Commands {
     void clear();         // forget the recorded commands, to record again
 
   private:
-    friend void warmUp(Device& device, std::span<const Kernel* const> kernels);
+    friend void warmUp(Device&, std::span<const Kernel* const>, const Bindings&);
     void dispatchBytes(const Kernel&, const Bindings&, std::uint64_t items, std::span<const std::byte> push);
     void dispatchIndirectBytes(const Kernel&, const Bindings&, const Buffer&, std::uint64_t offset, std::span<const std::byte> push);
     struct Impl;
@@ -168,6 +168,7 @@ class Commands {
 };
 
 // Runs each kernel once over no items, so that just-in-time compilation happens now and is counted in compileSeconds().
-void warmUp(Device& device, std::span<const Kernel* const> kernels);
+// lavapipe compiles for the texel formats bound: give the texel buffers the kernels will read, storage buffers do not matter.
+void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings = {});
 
 } // namespace cmpg
