@@ -175,19 +175,27 @@ void stepLeaf() {
         advance();
 }
 
-// Steps until the ray has ended, or, with refill, until half of the subgroup's rays have.
+// Steps until half of the subgroup's rays have ended (all, without refill or when there are no more to take).
 // Each inner loop goes on while enough lanes take part: stragglers wait for the next round instead of holding up the others.
 void walk() {
+    const uint enough = kRefill && !queueEmpty() ? 5u : 0u;
     do {
         do {
             if (atNode())
                 stepNode();
-        } while (laneShare(atNode(), 5u));
+            ++iterations;
+        } while (laneShare(atNode(), 5u) && iterations < kMaxIterations);
         do {
             if (atLeaf())
                 stepLeaf();
-        } while (laneShare(atLeaf(), 3u));
-    } while (kRefill ? laneShare(rayCursor != kNone, 5u) : rayCursor != kNone);
+            ++iterations;
+        } while (laneShare(atLeaf(), 3u) && iterations < kMaxIterations);
+        ++iterations;
+    } while (laneShare(rayCursor != kNone, enough) && iterations < kMaxIterations);
+    if (iterations >= kMaxIterations && rayCursor != kNone) {
+        rayCursor = kNone;
+        ++unfinished;
+    }
 }
 
 Hit endRay() {

@@ -31,11 +31,13 @@ struct ShadowRay {
     uint slot; // vertex it belongs to
 };
 
-// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, folded into y above 65 535.
+// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
+// y above 65 535.
 struct QueueCounts {
     uint rays;
     uint shadowRays;
-    uint reserved0, reserved1;
+    uint unfinished; // rays given up because they met too many records; anything but 0 deserves a warning
+    uint reserved1;
     uvec3 rayGroups;
     uint reserved2;
     uvec3 shadowGroups;
