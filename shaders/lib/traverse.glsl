@@ -79,13 +79,16 @@ bool acceptBlock(uint block, vec2 weights) {
 }
 #endif
 
+// Normal of the triangle with these edges. The side is made perpendicular to the diagonal first: the product of a needle's nearly
+// parallel edges would be mostly rounding.
+vec3 normalOf(vec3 diagonal, vec3 along, vec3 side) { return cross(side - dot(side, along) * diagonal, diagonal); }
+
 // Whether a hit of the triangle with these corner weights (not normalised) counts; then it becomes the nearest.
-void tryTriangle(float w0, float w1, float w2, float z0, float z1, float z2, uint block) {
-    const bool inside = min(min(w0, w1), w2) >= 0.0 || max(max(w0, w1), w2) <= 0.0;
-    const float scale = 1.0 / (w0 + w1 + w2);
-    const float t = (w0 * z0 + w1 * z1 + w2 * z2) * scale;
-    const vec2 weights = vec2(w1, w2) * scale;
-    // An infinite scale (edge on) gives a t that fails the comparison.
+void tryTriangle(float w0, float w1, float w2, vec3 corner, vec3 normal, uint block) {
+    const float sum = w0 + w1 + w2; // 0: edge on
+    const bool inside = sum != 0.0 && (min(min(w0, w1), w2) >= 0.0 || max(max(w0, w1), w2) <= 0.0);
+    const float t = dot(corner, normal) / dot(rayDirection, normal);
+    const vec2 weights = vec2(w1, w2) / sum;
     if (inside && t > 0.0 && t < rayLimit && acceptBlock(block, weights)) {
         rayLimit = t;
         rayBarycentrics = weights;
@@ -159,11 +162,12 @@ void stepLeaf() {
     // their order, so rays cannot slip between triangles that share corners.
     const vec2 c0 = vec2(dot(q0, rayAcross0), dot(q0, rayAcross1)), c1 = vec2(dot(q1, rayAcross0), dot(q1, rayAcross1));
     const vec2 c2 = vec2(dot(q2, rayAcross0), dot(q2, rayAcross1)), c3 = vec2(dot(q3, rayAcross0), dot(q3, rayAcross1));
-    const float z0 = dot(q0, rayDirection), z1 = dot(q1, rayDirection), z2 = dot(q2, rayDirection), z3 = dot(q3, rayDirection);
     precise const float e01 = c0.x * c1.y - c0.y * c1.x, e12 = c1.x * c2.y - c1.y * c2.x, e20 = c2.x * c0.y - c2.y * c0.x;
     precise const float e23 = c2.x * c3.y - c2.y * c3.x, e30 = c3.x * c0.y - c3.y * c0.x;
-    tryTriangle(e12, e20, e01, z0, z1, z2, index * 2u);
-    tryTriangle(e23, e30, -e20, z0, z2, z3, index * 2u + 1u);
+    const vec3 diagonal = q2 - q0;
+    const vec3 along = diagonal / dot(diagonal, diagonal);
+    tryTriangle(e12, e20, e01, q0, normalOf(diagonal, along, q1 - q0), index * 2u);
+    tryTriangle(e23, e30, -e20, q0, normalOf(diagonal, along, q3 - q0), index * 2u + 1u);
 #ifdef CMPG_ANY_HIT
     if (rayBlock != kNone) {
         rayCursor = kNone;
