@@ -4,12 +4,12 @@
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
 
-bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
+#define CMPG_ACCEPT_ALL
 #include "lib/traverse.glsl"
 
 layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
 layout(binding = kBindHits, scalar) writeonly buffer Hits { Hit hits[]; };
-layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
@@ -18,20 +18,17 @@ void main() {
     openQueue(min(push.count, counts[push.bounce].rays));
     uint mine = kNone;
     rayCursor = kNone;
-    while (true) {
-        // Lanes without a ray take one.
-        if (rayCursor == kNone) {
-            if (mine != kNone)
-                hits[mine] = endRay();
-            mine = takeFromQueue();
-            if (mine != kNone)
-                beginRay(rays[mine].origin, rays[mine].direction, uintBitsToFloat(0x7f800000u));
-        }
-        if (!anyLane(rayCursor != kNone))
-            break;
-        do {
-            if (rayCursor != kNone)
-                stepRay();
-        } while (keepStepping(rayCursor != kNone));
-    }
+    do {
+        const bool idle = rayCursor == kNone;
+        if (idle && mine != kNone)
+            hits[mine] = endRay();
+        const uint taken = takeFromQueue(idle);
+        if (idle)
+            mine = taken;
+        if (idle && mine != kNone)
+            beginRay(rays[mine].origin, rays[mine].direction, uintBitsToFloat(0x7f800000u));
+        walk();
+    } while (laneShare(mine != kNone, 0u));
+    if (unfinished > 0u)
+        atomicAdd(counts[push.bounce].unfinished, unfinished);
 }

@@ -4,13 +4,13 @@
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
 
-bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
+#define CMPG_ACCEPT_ALL
 #define CMPG_ANY_HIT
 #include "lib/traverse.glsl"
 
 layout(binding = kBindShadowRays, scalar) readonly buffer ShadowRays { ShadowRay shadowRays[]; };
 layout(binding = kBindVisibility, scalar) writeonly buffer Visibility { uint visible[]; };
-layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
@@ -19,20 +19,17 @@ void main() {
     openQueue(min(push.count, counts[push.bounce].shadowRays));
     uint mine = kNone;
     rayCursor = kNone;
-    while (true) {
-        // Lanes without a ray take one.
-        if (rayCursor == kNone) {
-            if (mine != kNone)
-                visible[mine] = rayBlock == kNone ? 1u : 0u;
-            mine = takeFromQueue();
-            if (mine != kNone)
-                beginRay(shadowRays[mine].origin, shadowRays[mine].direction, shadowRays[mine].distance);
-        }
-        if (!anyLane(rayCursor != kNone))
-            break;
-        do {
-            if (rayCursor != kNone)
-                stepRay();
-        } while (keepStepping(rayCursor != kNone));
-    }
+    do {
+        const bool idle = rayCursor == kNone;
+        if (idle && mine != kNone)
+            visible[mine] = rayBlock == kNone ? 1u : 0u;
+        const uint taken = takeFromQueue(idle);
+        if (idle)
+            mine = taken;
+        if (idle && mine != kNone)
+            beginRay(shadowRays[mine].origin, shadowRays[mine].direction, shadowRays[mine].distance);
+        walk();
+    } while (laneShare(mine != kNone, 0u));
+    if (unfinished > 0u)
+        atomicAdd(counts[push.bounce].unfinished, unfinished);
 }

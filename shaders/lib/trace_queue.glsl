@@ -1,7 +1,6 @@
-// How the lanes of a workgroup share the rays of its chunk.
+// How the lanes of a subgroup share its part of the rays, and how long they may go on.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "shared/swizzle.h"
 #include "shared/wavefront.h"
@@ -9,36 +8,32 @@
 layout(constant_id = 0) const uint kDriverThreads = 1u; // threads that run contiguous ranges of workgroups
 layout(constant_id = 1) const bool kRefill = false;     // lanes that have finished take new rays before the others have
 
-// Refilling costs about as much as two steps of the traversal; it waits until this many lanes of a subgroup are idle.
-const uint kIdleLanes = 4u;
+// lavapipe ends all loops of a subgroup, silently, after 65 535 iterations of any of them. Stopping before that keeps the loss visible.
+const uint kMaxIterations = 60000u;
 
-shared uint queueNext;
-uint queueEnd;
+uint queueNext, queueEnd; // the subgroup's own, equal in all its lanes
+uint iterations;          // of all loops so far
+uint unfinished;          // rays of this lane that were given up
 
-// The workgroup's part of `count` rays.
 void openQueue(uint count) {
     const uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
     const uint group = swizzleGroup(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, groups, kDriverThreads);
-    if (gl_LocalInvocationIndex == 0u)
-        queueNext = group * kTraceChunk;
-    queueEnd = min(count, group * kTraceChunk + kTraceChunk);
-    barrier();
+    const uint share = kTraceChunk / gl_NumSubgroups;
+    queueNext = min(count, group * kTraceChunk + gl_SubgroupID * share);
+    queueEnd = min(count, queueNext + share);
+    iterations = 0u;
+    unfinished = 0u;
 }
 
-// The next ray of the chunk, or kNone.
-uint takeFromQueue() {
-    const uvec4 takers = subgroupBallot(true);
-    uint base = 0u;
-    if (subgroupElect())
-        base = atomicAdd(queueNext, subgroupBallotBitCount(takers));
-    const uint item = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(takers);
+bool queueEmpty() { return queueNext == queueEnd; }
+
+// Gives each lane that wants one the next ray, or kNone when there is none left. To be called by all lanes.
+uint takeFromQueue(bool wanted) {
+    const uvec4 takers = subgroupBallot(wanted);
+    const uint item = queueNext + subgroupBallotExclusiveBitCount(takers);
+    queueNext = min(queueEnd, queueNext + subgroupBallotBitCount(takers));
     return item < queueEnd ? item : kNone;
 }
 
-bool anyLane(bool x) { return subgroupAny(x); }
-
-bool keepStepping(bool busy) {
-    if (!kRefill)
-        return busy;
-    return subgroupBallotBitCount(subgroupBallot(busy)) > gl_SubgroupSize - kIdleLanes;
-}
+// Whether any lane, and at least a part of the subgroup (in eighths), says yes.
+bool laneShare(bool yes, uint eighths) { return subgroupBallotBitCount(subgroupBallot(yes)) * 8u >= max(1u, gl_SubgroupSize * eighths); }

@@ -2,8 +2,8 @@
 //     bool acceptHit(uint triangle, vec2 barycentrics)   // false: the triangle is cut out here (alpha mask)
 // and drives a ray by beginRay, stepRay while the cursor is not kNone, and endRay.
 //
-// One step reads one record, a box node or a leaf block, and does the arithmetic of both kinds: on a CPU driver the reads
-// cost several times the arithmetic, and no lane waits for lanes that are at the other kind.
+// A step reads one record. Steps at box nodes and at leaf blocks are separate functions, because a CPU driver executes both sides
+// of every branch: the kernel loops over each kind (see walk).
 #include "shared/bindings.h"
 #include "shared/bvh_node.h"
 #include "shared/wavefront.h"
@@ -11,14 +11,19 @@
 
 READ_UVEC4(nodeTexel, kBindNodes)
 
+const uint kBlocksShift = 27u;      // in rayCursor: leaf blocks still to be tested, above the record's index; 0: a box node
+const uint kRecordIndex = 0x07ffffffu;
+const int kMissed = 0x7fffffff;
+
 vec3 rayOrigin, rayDirection, rayInverse;
 vec3 rayAcross0, rayAcross1; // two directions the ray projects to zero in
 float rayLimit;              // nearest hit so far
 vec2 rayBarycentrics;        // of the block's triangle: weights of its second and third corner
-uint rayBlock;               // block * 2 + (0: triangle A, 1: B) of that hit, or kNone
-uint rayCursor;              // record to be read next, or kNone
+uint rayBlock;               // record * 2 + (0: triangle A, 1: B) of that hit, or kNone
+uint rayCursor;              // what to step at next, or kNone
+uvec2 rayGroup;              // children of one node still to be visited: their base and a byte each, nearest first
 uint rayTop;
-uint rayStack[kMaxBvhDepth + 1];
+uvec2 rayStack[kMaxBvhDepth + 1]; // groups put aside
 
 void beginRay(vec3 origin, vec3 direction, float limit) {
     rayOrigin = origin;
@@ -41,21 +46,9 @@ void beginRay(vec3 origin, vec3 direction, float limit) {
     rayLimit = limit;
     rayBlock = kNone;
     rayCursor = 0;
+    rayGroup = uvec2(0);
     rayTop = 0;
-    rayStack[0] = kNone;
-}
-
-// Ordered as integers: the same for values >= 0, and a negative value stays below them, which is all the slab test needs; lavapipe
-// spends one instruction on it where a float minimum takes three.
-int minBits(int a, int b) { return min(a, b); }
-
-bool meetsBox(vec3 low, vec3 high, out int entry) {
-    const ivec3 t0 = floatBitsToInt((low - rayOrigin) * rayInverse), t1 = floatBitsToInt((high - rayOrigin) * rayInverse);
-    const ivec3 near = min(t0, t1), far = max(t0, t1);
-    entry = max(max(near.x, near.y), max(near.z, 0));
-    // 4 units in the last place cover the rounding of both products (Ize 2013).
-    const int leave = min(min(far.x, far.y), min(far.z, floatBitsToInt(rayLimit)));
-    return entry <= leave + 8;
+    rayStack[0] = uvec2(0);
 }
 
 // The original corner order of a block's triangle: weights of its second and third vertex.
@@ -68,63 +61,152 @@ vec2 unturn(vec2 w12, uint turned) {
     return vec2(w[second], w[third]);
 }
 
+// Number in BVH order and barycentrics of a block's triangle.
+void identify(uint block, vec2 weights, out uint triangle, out vec2 barycentrics) {
+    const uvec4 r3 = nodeTexel((block >> 1) * 4u + 3u);
+    triangle = r3.x + (block & 1u);
+    barycentrics = unturn(weights, r3.y >> (4u * (block & 1u)));
+}
+
+#ifdef CMPG_ACCEPT_ALL
+bool acceptBlock(uint block, vec2 weights) { return true; }
+#else
+bool acceptBlock(uint block, vec2 weights) {
+    uint triangle;
+    vec2 barycentrics;
+    identify(block, weights, triangle, barycentrics);
+    return acceptHit(triangle, barycentrics);
+}
+#endif
+
+// Normal of the triangle with these edges. The side is made perpendicular to the diagonal first: the product of a needle's nearly
+// parallel edges would be mostly rounding.
+vec3 normalOf(vec3 diagonal, vec3 along, vec3 side) { return cross(side - dot(side, along) * diagonal, diagonal); }
+
 // Whether a hit of the triangle with these corner weights (not normalised) counts; then it becomes the nearest.
-void tryTriangle(bool possible, float w0, float w1, float w2, float z0, float z1, float z2, uint block, uint first, uint turned) {
-    const bool inside = min(min(w0, w1), w2) >= 0.0 || max(max(w0, w1), w2) <= 0.0;
-    const float scale = 1.0 / (w0 + w1 + w2);
-    const float t = (w0 * z0 + w1 * z1 + w2 * z2) * scale;
-    const vec2 weights = vec2(w1, w2) * scale;
-    // An infinite scale (edge on) gives a t that fails the comparison.
-    if (possible && inside && t > 0.0 && t < rayLimit && acceptHit(first + (block & 1u), unturn(weights, turned))) {
+void tryTriangle(float w0, float w1, float w2, vec3 corner, vec3 normal, uint block) {
+    const float sum = w0 + w1 + w2; // 0: edge on
+    const bool inside = sum != 0.0 && (min(min(w0, w1), w2) >= 0.0 || max(max(w0, w1), w2) <= 0.0);
+    const float t = dot(corner, normal) / dot(rayDirection, normal);
+    const vec2 weights = vec2(w1, w2) / sum;
+    if (inside && t > 0.0 && t < rayLimit && acceptBlock(block, weights)) {
         rayLimit = t;
         rayBarycentrics = weights;
         rayBlock = block;
     }
 }
 
-void stepRay() {
-    const bool leaf = (rayCursor & kLeafBit) != 0u;
-    const uint index = rayCursor & ~kLeafBit;
-    const uvec4 r0 = nodeTexel(index * 4u), r1 = nodeTexel(index * 4u + 1u), r2 = nodeTexel(index * 4u + 2u), r3 = nodeTexel(index * 4u + 3u);
-    const vec3 p0 = uintBitsToFloat(r0.xyz), p1 = uintBitsToFloat(r1.xyz), p2 = uintBitsToFloat(r2.xyz), p3 = uintBitsToFloat(r3.xyz);
+// Goes to the nearest child that is still to be visited.
+void advance() {
+    if (rayGroup.y == 0u) {
+        rayGroup = rayStack[rayTop];
+        --rayTop; // wraps below an empty stack, when the ray is done
+    }
+    const uint child = rayGroup.y & 0xffu;
+    rayCursor = child == 0u ? kNone : (rayGroup.x + (child & kChildOffset)) | ((child >> kChildBlocksShift & kChildBlocks) << kBlocksShift);
+    rayGroup.y >>= 8;
+}
 
-    // Leaf block. Corners projected along the ray; an edge's term depends on its two corners alone and changes only its sign with
+bool atNode() { return rayCursor <= kRecordIndex; }
+bool atLeaf() { return rayCursor > kRecordIndex && rayCursor != kNone; }
+
+// Entry distance into child c with c in its two lowest bits, or kMissed. Distances are compared as integers: the same order for
+// values >= 0, and a negative value stays below them, which is all a slab test needs; lavapipe spends one instruction on it where a
+// float minimum takes three.
+int enterChild(uint c, uint count, uvec3 nearPlanes, uvec3 farPlanes, vec3 scale, vec3 nearShift, vec3 farShift) {
+    const uvec3 nearByte = nearPlanes >> (8u * c) & 0xffu, farByte = farPlanes >> (8u * c) & 0xffu;
+    const ivec3 near = floatBitsToInt(vec3(nearByte) * scale + nearShift), far = floatBitsToInt(vec3(farByte) * scale + farShift);
+    const int entry = max(max(near.x, near.y), max(near.z, 0));
+    const int leave = min(min(far.x, far.y), min(far.z, floatBitsToInt(rayLimit)));
+    // 8 units in the last place cover the roundings that are relative to the distance.
+    return c < count && entry <= leave + 8 ? (entry & ~3) | int(c) : kMissed;
+}
+
+uint childByte(int key, uint children) { return key == kMissed ? 0u : children >> (8u * (uint(key) & 3u)) & 0xffu; }
+
+void stepNode() {
+    const uvec4 r0 = nodeTexel(rayCursor * 4u), r1 = nodeTexel(rayCursor * 4u + 1u), r2 = nodeTexel(rayCursor * 4u + 2u);
+    const uvec3 low = r1.xyz, high = uvec3(r1.w, r2.xy);
+    const vec3 scale = uintBitsToFloat(uvec3(r0.w << 23 & 0x7f800000u, r0.w << 15 & 0x7f800000u, r0.w << 7 & 0x7f800000u)) * rayInverse;
+    const vec3 shift = (uintBitsToFloat(r0.xyz) - rayOrigin) * rayInverse;
+    // Rounding of shift, and of the sum's cancellation against it.
+    const vec3 slack = abs(shift) * 4e-7;
+    const bvec3 backwards = lessThan(rayInverse, vec3(0));
+    const uvec3 nearPlanes = mix(low, high, backwards), farPlanes = mix(high, low, backwards);
+    const vec3 nearShift = shift - slack, farShift = shift + slack;
+    const uint count = r0.w >> 24;
+    const int k0 = enterChild(0u, count, nearPlanes, farPlanes, scale, nearShift, farShift);
+    const int k1 = enterChild(1u, count, nearPlanes, farPlanes, scale, nearShift, farShift);
+    const int k2 = enterChild(2u, count, nearPlanes, farPlanes, scale, nearShift, farShift);
+    const int k3 = enterChild(3u, count, nearPlanes, farPlanes, scale, nearShift, farShift);
+    const int a0 = min(k0, k1), a1 = max(k0, k1), a2 = min(k2, k3), a3 = max(k2, k3);
+    const int b1 = max(a0, a2), b2 = min(a1, a3);
+    const uint group = childByte(min(a0, a2), r2.w) | childByte(min(b1, b2), r2.w) << 8 | childByte(max(b1, b2), r2.w) << 16 |
+                       childByte(max(a1, a3), r2.w) << 24;
+    if (group != 0u) {
+        if (rayGroup.y != 0u) {
+            ++rayTop;
+            rayStack[rayTop] = rayGroup;
+        }
+        rayGroup = uvec2(r2.z, group);
+    }
+    advance();
+}
+
+void stepLeaf() {
+    const uint index = rayCursor & kRecordIndex;
+    const uvec4 r0 = nodeTexel(index * 4u), r1 = nodeTexel(index * 4u + 1u), r2 = nodeTexel(index * 4u + 2u);
+    const vec3 q0 = uintBitsToFloat(r0.xyz) - rayOrigin, q1 = uintBitsToFloat(uvec3(r0.w, r1.xy)) - rayOrigin;
+    const vec3 q2 = uintBitsToFloat(uvec3(r1.zw, r2.x)) - rayOrigin, q3 = uintBitsToFloat(r2.yzw) - rayOrigin;
+    // Corners projected along the ray; an edge's term depends on its two corners alone and changes only its sign with
     // their order, so rays cannot slip between triangles that share corners.
-    const vec3 q0 = p0 - rayOrigin, q1 = p1 - rayOrigin, q2 = p2 - rayOrigin, q3 = p3 - rayOrigin;
     const vec2 c0 = vec2(dot(q0, rayAcross0), dot(q0, rayAcross1)), c1 = vec2(dot(q1, rayAcross0), dot(q1, rayAcross1));
     const vec2 c2 = vec2(dot(q2, rayAcross0), dot(q2, rayAcross1)), c3 = vec2(dot(q3, rayAcross0), dot(q3, rayAcross1));
-    const float z0 = dot(q0, rayDirection), z1 = dot(q1, rayDirection), z2 = dot(q2, rayDirection), z3 = dot(q3, rayDirection);
     precise const float e01 = c0.x * c1.y - c0.y * c1.x, e12 = c1.x * c2.y - c1.y * c2.x, e20 = c2.x * c0.y - c2.y * c0.x;
     precise const float e23 = c2.x * c3.y - c2.y * c3.x, e30 = c3.x * c0.y - c3.y * c0.x;
-    tryTriangle(leaf, e12, e20, e01, z0, z1, z2, index * 2u, r0.w, r1.w);
-    tryTriangle(leaf, e23, e30, -e20, z0, z2, z3, index * 2u + 1u, r0.w, r1.w >> 4);
-
-    // Box node: the nearer child next, the other one kept for later.
-    int leftEntry, rightEntry;
-    const bool left = meetsBox(p0, p1, leftEntry), right = meetsBox(p2, p3, rightEntry);
-    const bool leftNext = left && (!right || leftEntry <= rightEntry);
-    if (!leaf && left && right) {
-        ++rayTop;
-        rayStack[rayTop] = leftNext ? r1.w : r0.w;
-    }
-    const bool pop = leaf ? (r1.w & kLastBlock) != 0u : !(left || right);
+    const vec3 diagonal = q2 - q0;
+    const vec3 along = diagonal / dot(diagonal, diagonal);
+    tryTriangle(e12, e20, e01, q0, normalOf(diagonal, along, q1 - q0), index * 2u);
+    tryTriangle(e23, e30, -e20, q0, normalOf(diagonal, along, q3 - q0), index * 2u + 1u);
 #ifdef CMPG_ANY_HIT
-    if (rayBlock != kNone)
+    if (rayBlock != kNone) {
         rayCursor = kNone;
-    else
+        return;
+    }
 #endif
-    if (pop) {
-        rayCursor = rayStack[rayTop];
-        --rayTop;
-    } else {
-        rayCursor = leaf ? rayCursor + 1u : (leftNext ? r0.w : r1.w);
+    rayCursor += 1u - (1u << kBlocksShift);
+    if (atNode())
+        advance();
+}
+
+// Steps until half of the subgroup's rays have ended (all, without refill or when there are no more to take).
+// Each inner loop goes on while enough lanes take part: stragglers wait for the next round instead of holding up the others.
+void walk() {
+    const uint enough = kRefill && !queueEmpty() ? 5u : 0u;
+    do {
+        do {
+            if (atNode())
+                stepNode();
+            ++iterations;
+        } while (laneShare(atNode(), 5u) && iterations < kMaxIterations);
+        do {
+            if (atLeaf())
+                stepLeaf();
+            ++iterations;
+        } while (laneShare(atLeaf(), 3u) && iterations < kMaxIterations);
+        ++iterations;
+    } while (laneShare(rayCursor != kNone, enough) && iterations < kMaxIterations);
+    if (iterations >= kMaxIterations && rayCursor != kNone) {
+        rayCursor = kNone;
+        ++unfinished;
     }
 }
 
 Hit endRay() {
-    if (rayBlock == kNone)
-        return Hit(-1.0, kNone, vec2(0));
-    const uint base = (rayBlock >> 1) * 4u, which = rayBlock & 1u;
-    const uint first = nodeTexel(base).w, turned = nodeTexel(base + 1u).w >> (4u * which);
-    return Hit(rayLimit, first + which, unturn(rayBarycentrics, turned));
+    Hit hit = Hit(-1.0, kNone, vec2(0));
+    if (rayBlock != kNone) {
+        hit.t = rayLimit;
+        identify(rayBlock, rayBarycentrics, hit.triangle, hit.barycentrics);
+    }
+    return hit;
 }

@@ -1,38 +1,38 @@
-// The acceleration structure as the kernels read it: one array of 64-byte records (4 texels, one cache line), each either a
-// box node or a leaf block. Both kinds have one size so that a SIMD step can advance lanes at either kind with the same fetches.
+// The acceleration structure as the kernels read it: one array of 64-byte records (4 texels, one cache line), each a box node or a
+// leaf block. A traversal step reads three texels of one record: reads cost far more than arithmetic on a CPU driver.
 #ifndef CMPG_SHARED_BVH_NODE
 #define CMPG_SHARED_BVH_NODE
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-CMPG_CONST kMaxLeafTriangles = 8;
-CMPG_CONST kMaxBvhDepth = 48;      // box nodes on a path from the root; the traversal stack holds as many entries
-CMPG_CONST kLeafBit = 0x80000000u; // in a child reference: the record is a leaf block; the other bits are its index
-CMPG_CONST kLastBlock = 0x100u;    // in LeafBlock::turns: no further block belongs to this leaf
+CMPG_CONST kBvhWidth = 4;      // children of a box node
+CMPG_CONST kMaxLeafBlocks = 4; // so a leaf holds at most 8 triangles
+CMPG_CONST kMaxBvhDepth = 48;  // box nodes on a path from the root; the traversal stack holds as many entries
+// A child in BvhNode::children: bits 0-3 its record minus `base`, bits 4-6 its leaf blocks (0: a box node), bit 7 set. 0: no child.
+CMPG_CONST kChildOffset = 0x0fu;
+CMPG_CONST kChildBlocksShift = 4;
+CMPG_CONST kChildBlocks = 7u;
+CMPG_CONST kChildExists = 0x80u;
 
-// Both children's boxes. A child that does not exist has low > high and is never entered.
+// Children's boxes in 8 bits a plane: plane = origin + byte * 2^(exponent - 127), rounded outwards. Byte c of each word belongs to
+// child c. The records of all children stand side by side from `base` on.
 struct BvhNode {
-    vec3 leftLow;
-    uint left;
-    vec3 leftHigh;
-    uint right;
-    vec3 rightLow;
-    uint pad0;
-    vec3 rightHigh;
-    uint pad1;
+    vec3 origin;
+    uint exponents; // x, y, z and the number of children, a byte each
+    uvec3 low;
+    uvec3 high;
+    uint base;
+    uint children;
+    uvec4 unused;
 };
 
 // Two triangles that share the edge v0 v2: A = (v0, v1, v2) and B = (v0, v2, v3); a single triangle has v3 = v2.
 // They are numbers `first` and `first + 1` in BVH order. Sharing saves a third of the reads and arithmetic.
 struct LeafBlock {
-    vec3 v0;
+    vec3 v0, v1, v2, v3;
     uint first;
-    vec3 v1;
-    uint turns;  // bits 0-2, 4-6: how A, B were turned against their own vertex order (see unturn); kLastBlock
-    vec3 v2;
-    uint pad0;
-    vec3 v3;
-    uint pad1;
+    uint turns; // bits 0-2, 4-6: how A, B were turned against their own vertex order (see unturn)
+    uvec2 unused;
 };
 
 CMPG_SHARED_END

@@ -31,10 +31,12 @@ struct ShadowRay {
     uint slot; // vertex it belongs to
 };
 
-// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, folded into y above 65 535.
+// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
+// y above 65 535.
 struct QueueCounts {
     uint rays;
     uint shadowRays;
+    uint unfinished; // rays given up because they met too many records; anything but 0 deserves a warning
     uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
     uvec3 vertexGroups; // kernels that take one vertex an invocation: kVertexGroup a workgroup

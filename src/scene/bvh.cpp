@@ -4,13 +4,16 @@
 #include "scene/bvh_split.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
+#include <span>
 #include <thread>
 
 namespace cmpg {
 namespace {
 
-static_assert(sizeof(gpu::BvhNode) == 64 && sizeof(gpu::LeafBlock) == 64);
+static_assert(sizeof(gpu::BvhNode) == sizeof(BvhRecord) && sizeof(gpu::LeafBlock) == sizeof(BvhRecord));
 
 constexpr std::uint32_t kNoTriangle = ~0u;
 // A pair shares one box; it is made where that box costs less than the two apart.
@@ -86,12 +89,21 @@ void pairTriangles(const Geometry& g, std::vector<Pair>& pairs, std::vector<Refe
             taken[k] = true;
             box = both;
         }
-        references.push_back({box.low, std::uint32_t(pairs.size()), box.high, partner == kNoTriangle ? 1u : 2u});
+        references.push_back({box.low, std::uint32_t(pairs.size()), box.high, 0});
         pairs.push_back({i, partner});
     }
 }
 
-// Writes records in depth-first order, so that a descent mostly moves forward in memory.
+// A subtree of the binary tree while it is collapsed into wide nodes.
+struct Subtree {
+    Box box;
+    std::uint32_t slot, begin, end;
+    bool leaf;
+
+    std::uint32_t records() const { return leaf ? end - begin : 1; }
+};
+
+// Collapses the binary tree to nodes of kBvhWidth children and writes the records, depth first.
 class Writer {
   public:
     Writer(const Geometry& geometry, const SplitTree& tree, const std::vector<Pair>& pairs, const std::vector<Reference>& references, Bvh& bvh)
@@ -104,61 +116,88 @@ class Writer {
     }
 
     void run() {
-        if (tree_.single) {
-            gpu::BvhNode& root = bvh_.nodes.emplace_back();
-            setBox(root.leftLow, root.leftHigh, tree_.box);
-            setBox(root.rightLow, root.rightHigh, Box{});
-            bvh_.depth = 1;
-            cost_ = 1;
-            if (!references_.empty()) {
-                const std::uint32_t leaf = writeLeaf(0, std::uint32_t(references_.size()), 1);
-                bvh_.nodes[0].left = bvh_.nodes[0].right = leaf;
-            }
-        } else {
-            writeNode(0, 0, std::uint32_t(references_.size()), 1, 1);
-        }
+        bvh_.records.emplace_back();
+        const std::uint32_t n = std::uint32_t(references_.size());
+        if (n > 0)
+            writeNode(0, {tree_.box, 0, 0, n, tree_.single}, 1);
         bvh_.sahCost = float(cost_);
     }
 
   private:
-    void setBox(glm::vec3& low, glm::vec3& high, const Box& box) const {
-        const bool empty = !(box.low.x <= box.high.x);
-        low = empty ? glm::vec3(1) : box.low - padding_;
-        high = empty ? glm::vec3(-1) : box.high + padding_;
+    // The children of a wide node: halves are opened, largest first, until there are enough.
+    std::uint32_t collapse(const Subtree& root, std::array<Subtree, gpu::kBvhWidth>& children) const {
+        children[0] = root;
+        std::uint32_t n = 1;
+        while (n < gpu::kBvhWidth) {
+            std::uint32_t widest = n;
+            for (std::uint32_t i = 0; i < n; ++i)
+                if (!children[i].leaf && (widest == n || children[i].box.halfArea() > children[widest].box.halfArea()))
+                    widest = i;
+            if (widest == n)
+                break;
+            const Subtree t = children[widest];
+            const SplitNode& split = tree_.slots[t.slot];
+            children[widest] = {split.left, t.slot + 1, t.begin, split.middle, split.leftLeaf};
+            children[n++] = {split.right, t.slot + (split.middle - t.begin), split.middle, t.end, split.rightLeaf};
+        }
+        return n;
     }
 
-    std::uint32_t writeNode(std::uint32_t slot, std::uint32_t begin, std::uint32_t end, std::uint32_t depth, float chance) {
-        const SplitNode& split = tree_.slots[slot];
-        const std::uint32_t index = std::uint32_t(bvh_.nodes.size());
-        bvh_.nodes.emplace_back();
+    void writeNode(std::uint32_t record, const Subtree& subtree, std::uint32_t depth) {
+        std::array<Subtree, gpu::kBvhWidth> children;
+        const std::uint32_t n = collapse(subtree, children);
         bvh_.depth = std::max(bvh_.depth, depth);
-        cost_ += chance;
-        const float leftChance = split.left.halfArea() / rootArea_, rightChance = split.right.halfArea() / rootArea_;
-        const std::uint32_t left = split.leftLeaf ? writeLeaf(begin, split.middle, leftChance)
-                                                  : writeNode(slot + 1, begin, split.middle, depth + 1, leftChance);
-        const std::uint32_t right = split.rightLeaf ? writeLeaf(split.middle, end, rightChance)
-                                                    : writeNode(slot + (split.middle - begin), split.middle, end, depth + 1, rightChance);
-        gpu::BvhNode& node = bvh_.nodes[index];
-        setBox(node.leftLow, node.leftHigh, split.left);
-        setBox(node.rightLow, node.rightHigh, split.right);
-        node.left = left;
-        node.right = right;
-        return index;
+        cost_ += subtree.box.halfArea() / rootArea_;
+
+        gpu::BvhNode node{};
+        node.base = std::uint32_t(bvh_.records.size());
+        quantise(node, subtree.box, std::span(children.data(), n));
+        std::uint32_t offset = 0;
+        std::array<std::uint32_t, gpu::kBvhWidth> places;
+        for (std::uint32_t c = 0; c < n; ++c) {
+            const std::uint32_t blocks = children[c].leaf ? children[c].records() : 0;
+            node.children |= (gpu::kChildExists | blocks << gpu::kChildBlocksShift | offset) << (8 * c);
+            places[c] = node.base + offset;
+            offset += children[c].records();
+        }
+        bvh_.records[record] = std::bit_cast<BvhRecord>(node);
+        bvh_.records.resize(bvh_.records.size() + offset);
+        for (std::uint32_t c = 0; c < n; ++c)
+            if (children[c].leaf)
+                writeLeaf(places[c], children[c]);
+            else
+                writeNode(places[c], children[c], depth + 1);
     }
 
-    std::uint32_t writeLeaf(std::uint32_t begin, std::uint32_t end, float chance) {
-        const std::uint32_t first = std::uint32_t(bvh_.nodes.size());
-        for (std::uint32_t i = begin; i < end; ++i)
-            writeBlock(pairs_[references_[i].item]);
-        auto& last = reinterpret_cast<gpu::LeafBlock&>(bvh_.nodes.back());
-        last.turns |= gpu::kLastBlock;
-        const std::uint32_t blocks = std::uint32_t(bvh_.nodes.size()) - first;
+    // Boxes on the node's grid, rounded outwards in double precision, where origin and steps are exact.
+    void quantise(gpu::BvhNode& node, const Box& box, std::span<const Subtree> children) const {
+        node.exponents = std::uint32_t(children.size()) << 24;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float origin = box.low[axis] - padding_, top = box.high[axis] + padding_;
+            int exponent = 0;
+            std::frexp((double(top) - double(origin)) / 255, &exponent); // 255 * 2^exponent > extent
+            exponent = std::clamp(exponent, -126, 127);
+            const double step = std::ldexp(1.0, exponent);
+            node.origin[axis] = origin;
+            node.exponents |= std::uint32_t(exponent + 127) << (8 * axis);
+            for (std::size_t c = 0; c < children.size(); ++c) {
+                const double low = double(children[c].box.low[axis]) - padding_, high = double(children[c].box.high[axis]) + padding_;
+                const auto place = [&](double plane) { return std::uint32_t(std::clamp(plane, 0.0, 255.0)) << (8 * c); };
+                node.low[axis] |= place(std::floor((low - origin) / step));
+                node.high[axis] |= place(std::ceil((high - origin) / step));
+            }
+        }
+    }
+
+    void writeLeaf(std::uint32_t record, const Subtree& leaf) {
+        const std::uint32_t blocks = leaf.records();
+        for (std::uint32_t i = 0; i < blocks; ++i)
+            bvh_.records[record + i] = std::bit_cast<BvhRecord>(block(pairs_[references_[leaf.begin + i].item]));
         bvh_.blocks += blocks;
-        cost_ += double(chance) * blocks;
-        return first | gpu::kLeafBit;
+        cost_ += double(leaf.box.halfArea() / rootArea_) * blocks;
     }
 
-    void writeBlock(const Pair& pair) {
+    gpu::LeafBlock block(const Pair& pair) {
         const Corners a = corners(geometry_, pair.a);
         gpu::LeafBlock block{};
         block.first = std::uint32_t(bvh_.order.size());
@@ -176,7 +215,7 @@ class Writer {
         block.v1 = a.p[(edge.turnA + 1) % 3];
         block.v2 = a.p[(edge.turnA + 2) % 3];
         block.turns = edge.turnA | (edge.turnB | (edge.flipB ? 4u : 0u)) << 4;
-        bvh_.nodes.push_back(std::bit_cast<gpu::BvhNode>(block));
+        return block;
     }
 
     const Geometry& geometry_;
@@ -198,7 +237,7 @@ Bvh buildBvh(const Geometry& geometry, unsigned threads) {
 
     Bvh bvh;
     bvh.order.reserve(geometry.triangles.size());
-    bvh.nodes.reserve(references.size() * 2);
+    bvh.records.reserve(references.size() * 3 / 2 + 1);
     Writer(geometry, tree, pairs, references, bvh).run();
     return bvh;
 }

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::uint32_t kBins = 16;
 constexpr std::uint32_t kParallelRange = 8192; // smaller ranges are finished by the thread that met them
-// Expected cost of a leaf per triangle, in steps of the traversal (a box node is one step, so is a leaf block of up to two).
-constexpr float kTriangleCost = 0.6f;
+// Cost of a binary split relative to a leaf block's: measured; a node of four children is worth three splits.
+constexpr float kSplitCost = 0.5f;
 
 struct Range {
     std::uint32_t slot, begin, end, depth;
@@ -25,7 +25,7 @@ struct Range {
 
 struct Bin {
     Box box;
-    std::uint32_t weight = 0;
+    std::uint32_t count = 0;
 };
 using AxisBins = std::array<Bin, kBins>;
 
@@ -122,26 +122,16 @@ class Splitter {
         }
     }
 
-    std::uint32_t weight(const Range& r) const {
-        std::uint32_t sum = 0;
-        for (std::uint32_t i = r.begin; i < r.end; ++i)
-            sum += references_[i].weight;
-        return sum;
-    }
-
     // A leaf where it may be one and the best split would not be cheaper.
     bool isLeaf(const Range& r) const {
         const std::uint32_t n = r.end - r.begin;
         if (n == 1)
             return true;
-        if (n > gpu::kMaxLeafTriangles)
-            return false;
-        const std::uint32_t w = weight(r);
-        if (w > gpu::kMaxLeafTriangles)
+        if (n > gpu::kMaxLeafBlocks)
             return false;
         const Choice best = choose(r);
         const float area = r.box.halfArea();
-        return best.axis < 0 || area + best.cost * kTriangleCost >= kTriangleCost * float(w) * area;
+        return best.axis < 0 || kSplitCost * area + best.cost >= float(n) * area;
     }
 
     Box centerBox(const Range& r) const {
@@ -160,7 +150,7 @@ class Splitter {
             for (int axis = 0; axis < 3; ++axis) {
                 Bin& b = bins[axis][binning.bin(c, axis)];
                 b.box.grow({ref.low, ref.high});
-                b.weight += ref.weight;
+                ++b.count;
             }
         }
         Choice best;
@@ -170,25 +160,25 @@ class Splitter {
         return best;
     }
 
-    // Cost of splitting before each bin: area times triangles, summed over both sides.
+    // Cost of splitting before each bin: area times references, summed over both sides.
     static void sweep(const AxisBins& bins, int axis, Choice& best) {
         std::array<Box, kBins> rightBox;
-        std::array<std::uint32_t, kBins> rightWeight;
+        std::array<std::uint32_t, kBins> rightCount;
         Box box;
-        std::uint32_t weight = 0;
+        std::uint32_t count = 0;
         for (std::uint32_t b = kBins; b-- > 1;) {
             box.grow(bins[b].box);
             rightBox[b] = box;
-            rightWeight[b] = weight += bins[b].weight;
+            rightCount[b] = count += bins[b].count;
         }
         box = {};
-        weight = 0;
+        count = 0;
         for (std::uint32_t b = 1; b < kBins; ++b) {
             box.grow(bins[b - 1].box);
-            weight += bins[b - 1].weight;
-            if (weight == 0 || rightWeight[b] == 0)
+            count += bins[b - 1].count;
+            if (count == 0 || rightCount[b] == 0)
                 continue;
-            const float cost = box.halfArea() * float(weight) + rightBox[b].halfArea() * float(rightWeight[b]);
+            const float cost = box.halfArea() * float(count) + rightBox[b].halfArea() * float(rightCount[b]);
             if (cost < best.cost)
                 best = {axis, b, cost, box, rightBox[b]};
         }
@@ -231,12 +221,9 @@ class Splitter {
 SplitTree splitReferences(std::vector<Reference>& references, unsigned threads) {
     SplitTree tree;
     const std::uint32_t n = std::uint32_t(references.size());
-    std::uint64_t weight = 0;
-    for (const Reference& r : references) {
+    for (const Reference& r : references)
         tree.box.grow({r.low, r.high});
-        weight += r.weight;
-    }
-    tree.single = n <= 1 || weight <= 2;
+    tree.single = n <= 1;
     if (tree.single)
         return tree;
     tree.slots.resize(n);

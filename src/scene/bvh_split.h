@@ -32,7 +32,7 @@ struct Reference {
     glm::vec3 low;
     std::uint32_t item;
     glm::vec3 high;
-    std::uint32_t weight; // triangles it holds; a leaf holds at most kMaxLeafTriangles
+    std::uint32_t unused;
 };
 
 // An inner node over references [begin, end): its children are [begin, middle) and [middle, end). Of a node in slot s the left child

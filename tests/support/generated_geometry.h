@@ -3,6 +3,7 @@
 
 #include "scene/scene.h"
 
+#include <array>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <random>
@@ -30,7 +31,8 @@ class Random {
 
 inline void addTriangle(Geometry& g, glm::vec3 a, glm::vec3 b, glm::vec3 c) {
     const std::uint32_t n = std::uint32_t(g.positions.size());
-    g.positions.insert(g.positions.end(), {a, b, c});
+    for (const glm::vec3& p : {a, b, c})
+        g.positions.push_back(p);
     g.triangles.push_back({{n, n + 1, n + 2}, 0});
 }
 
@@ -43,8 +45,10 @@ template <class Place> void addGrid(Geometry& g, std::uint32_t columns, std::uin
     for (std::uint32_t j = 0; j < rows; ++j)
         for (std::uint32_t i = 0; i < columns; ++i) {
             const std::uint32_t a = first + j * (columns + 1) + i, b = a + 1, c = b + columns + 1, d = a + columns + 1;
-            g.triangles.push_back({{a, b, c}, 0});
-            g.triangles.push_back({{a, c, d}, 0});
+            const std::array<std::uint32_t, 3> halves[] = {{a, b, c}, {a, c, d}};
+            for (const auto& h : halves) // at poles a quad is a triangle
+                if (g.positions[h[0]] != g.positions[h[1]] && g.positions[h[1]] != g.positions[h[2]] && g.positions[h[2]] != g.positions[h[0]])
+                    g.triangles.push_back({h, 0});
         }
 }
 
