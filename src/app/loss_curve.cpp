@@ -58,7 +58,7 @@ double CurveAxes::across(double step) const { return step / steps; }
 
 double CurveAxes::up(double value) const {
     if (!logarithmic) return (value - low) / (high - low);
-    return std::log(std::max(value, low) / low) / std::log(high / low);
+    return (std::log(std::max(value, low)) - std::log(low)) / (std::log(high) - std::log(low));
 }
 
 CurveAxes axesOf(std::span<const double> loss) {

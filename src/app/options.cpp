@@ -41,16 +41,26 @@ CLI::Option* addEnum(CLI::App& app, const std::string& name, Field& field, const
     return app.add_option(name, field, help)->transform(oneOf(names))->option_text(listOf(names) + "  [" + initial + "]");
 }
 
+// The parser turns -1 into the largest number.
+std::string requireWholeNumber(const std::string& text) {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    return digits ? "" : "needs a whole number from 0, not '" + text + "'";
+}
+
+template <class Field> CLI::Option* addCount(CLI::App& app, const std::string& name, Field& field, const std::string& help) {
+    return app.add_option(name, field, help)->check(requireWholeNumber, "");
+}
+
 // Text after an option's name: the kind of its value and the default.
 std::string kind(const std::string& value, const std::string& initial) { return value + "  [" + initial + "]"; }
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    app.add_option("--spp", o.spp, "Samples per pixel of an image")
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")
         ->option_text(kind("N", "64; optimize, --check: 16"))->group(sampling);
-    app.add_option("--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
+    addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
         ->option_text(kind("N", "as --spp; optimize: 4"))->group(sampling);
-    app.add_option("--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
+    addCount(app, "--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
     addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")->group(sampling);
     app.add_option("--sampling", o.sampling, "How directions are drawn: from the materials, with light sampling and MIS")
         ->option_text("bsdf  [bsdf]")->group(sampling);
@@ -59,10 +69,10 @@ void addCommon(CLI::App& app, Options& o) {
             "Reverse mode: the same samples everywhere, or more where the adjoint is large")->group(sampling);
 
     const std::string scene = "Scene (any command)";
-    app.add_option("--width", o.width, "Width of the image in pixels")->option_text(kind("N", "as the target or adjoint, else 512; --check: 128"))->group(scene);
-    app.add_option("--height", o.height, "Height of the image in pixels")->option_text(kind("N", "from the camera's aspect ratio"))->group(scene);
+    addCount(app, "--width", o.width, "Width of the image in pixels")->option_text(kind("N", "as the target or adjoint, else 512; --check: 128"))->group(scene);
+    addCount(app, "--height", o.height, "Height of the image in pixels")->option_text(kind("N", "from the camera's aspect ratio"))->group(scene);
     app.add_option("--camera", o.camera, "Camera of the scene")->option_text(kind("NAME", "the first"))->group(scene);
-    app.add_option("--max-depth", o.maxDepth, "Segments of a path; 1 = only lights seen directly")
+    addCount(app, "--max-depth", o.maxDepth, "Segments of a path; 1 = only lights seen directly")
         ->option_text(kind("N", "the scene's, else 8"))->group(scene);
     app.add_option("--set", o.set,
                    "Give a parameter a value: P=0.5, P=r,g,b (fills every entry) or P=FILE (of its own size). P may be a glob. Repeats")
@@ -70,7 +80,7 @@ void addCommon(CLI::App& app, Options& o) {
 
     const std::string run = "Running (any command)";
     app.add_option("--device", o.device, "Number or part of the name of a device of --list-devices")->option_text(kind("DEVICE", "the best"))->group(run);
-    app.add_option("--memory", o.memory, "Budget of transient device memory; results do not depend on it")->option_text(kind("MiB", "1024"))->group(run);
+    addCount(app, "--memory", o.memory, "Budget of transient device memory; results do not depend on it")->option_text(kind("MiB", "1024"))->group(run);
     app.add_option("-o,--output", o.output, "File or folder to write")->option_text("PATH")->group(run);
     app.add_option("--config", o.config, "Start from the options of a run.json")->option_text("FILE")->group(run);
     app.add_flag("--json", o.json, "Print one JSON object on stdout, everything else on stderr")->group(run);
@@ -115,7 +125,7 @@ void addCommands(CLI::App& app, Options& o) {
     CLI::App* optimize = addCommand(app, o, Command::Optimize, "Recover parameters from target images: -o FOLDER", scene);
     addParameters(*optimize, o);
     addTarget(*optimize, o);
-    optimize->add_option("--steps", o.steps, "Steps")->option_text(kind("N", "200"));
+    addCount(*optimize, "--steps", o.steps, "Steps")->option_text(kind("N", "200"));
     addEnum(*optimize, "--optimizer", o.optimizer, kOptimizers, "adam", "Update rule");
     optimize->add_option("--rate", o.rate, "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats")
         ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))->allow_extra_args(false);

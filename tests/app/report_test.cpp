@@ -53,9 +53,9 @@ TEST(Report, EmptyPartsKeepTheirKind) {
 }
 
 TEST(Report, HostPeakGrowsWithMemory) {
-    const std::uint64_t before = hostPeakBytes();
-    const std::vector<char> block(std::size_t(64) << 20, 1);
-    EXPECT_GE(hostPeakBytes() + (1u << 20), before + (block[12345] ? block.size() : 0));
+    const std::vector<char> block(std::size_t(256) << 20, 1); // more than anything else here
+    EXPECT_GE(hostPeakBytes(), block[12345] ? block.size() : 0);
+    EXPECT_LT(hostPeakBytes(), 4 * block.size());
 }
 
 } // namespace

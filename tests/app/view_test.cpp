@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <limits>
 
 namespace cmpg {
 namespace {
@@ -108,22 +107,17 @@ TEST(View, EncodesExposedValues) {
     image.at(0, 0)[0] = 0.25f;
     image.at(1, 0)[1] = 5;
     image.at(2, 0)[2] = -1;
-    image.at(0, 1)[0] = std::numeric_limits<float>::infinity();
-    image.at(1, 1)[0] = std::nanf("");
     writeExr(folder / "a.exr", image);
     Options o = viewOptions(folder / "a.exr", folder / "a.png");
     o.exposure = 1;
     Report report(o);
     EXPECT_EQ(runView(o, report), ExitCode::Done);
-    EXPECT_EQ(report.dropped.at("view.nonfinite"), 2u);
     const ReadImage png = readImage(folder / "a.png");
     ASSERT_EQ(png.image.width, 3);
     ASSERT_EQ(png.image.height, 2);
     EXPECT_NEAR(png.image.at(0, 0)[0], 0.5, 0.005); // one step of 8-bit sRGB there is 0.0047
     EXPECT_EQ(png.image.at(1, 0)[1], 1);
     EXPECT_EQ(png.image.at(2, 0)[2], 0);
-    EXPECT_EQ(png.image.at(0, 1)[0], 1);
-    EXPECT_EQ(png.image.at(1, 1)[0], 0);
 }
 
 TEST(View, SignedPicturesAreSymmetric) {
