@@ -10,7 +10,7 @@ bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
 layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
 layout(binding = kBindHits, scalar) writeonly buffer Hits { Hit hits[]; };
 layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
-layout(push_constant, scalar) uniform Push { TracePush push; };
+layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
     if (push.count == 0u)

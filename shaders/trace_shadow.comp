@@ -11,7 +11,7 @@ bool acceptHit(uint triangle, vec2 barycentrics) { return true; }
 layout(binding = kBindShadowRays, scalar) readonly buffer ShadowRays { ShadowRay shadowRays[]; };
 layout(binding = kBindVisibility, scalar) writeonly buffer Visibility { uint visible[]; };
 layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
-layout(push_constant, scalar) uniform Push { TracePush push; };
+layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
     if (push.count == 0u)

@@ -5,13 +5,46 @@
 CMPG_SHARED_BEGIN
 
 // Scene, read only.
-CMPG_CONST kBindNodes = 0;      // Bvh::nodes: box nodes and leaf blocks, 4 vec4 texels each
+CMPG_CONST kBindNodes = 0; // Bvh::nodes: box nodes and leaf blocks, 4 vec4 texels each
+CMPG_CONST kBindTriangles = 1; // three vec4 a triangle in BVH order: v0, v1 - v0, v2 - v0 (w unused)
+CMPG_CONST kBindIndices = 2; // uvec4 a triangle in BVH order: vertices, material
+CMPG_CONST kBindAttributes = 3; // vec4s a vertex: normal and u0; v0, u1, v1; tangent; colour (the last two only where the scene has them)
+CMPG_CONST kBindMaterials = 4; // uvec4 texels of GpuMaterial
+CMPG_CONST kBindSlots = 5; // uvec4 texels of GpuSlot
+CMPG_CONST kBindValues = 6; // vec4 texels of the parameters' values
+CMPG_CONST kBindPacked = 7; // uint texels of packed textures
+CMPG_CONST kBindLights = 8; // uvec4 texels of GpuLight
+CMPG_CONST kBindLightDensity = 9; // float a triangle: probability per unit area that light sampling picks a point on it
+CMPG_CONST kBindEnvironmentCdf = 10; // float: (H-1) marginal, then (H-1) x W conditional cumulative probabilities
+CMPG_CONST kBindScene = 11; // SceneInfo
+
+// One batch.
+CMPG_CONST kBindBatch = 16; // Batch
+CMPG_CONST kBindPixelOffsets = 17; // uint a pixel + 1: first path of each pixel of the batch
+CMPG_CONST kBindPaths = 18; // uvec2 a path: pixel of the batch, sample of the pixel
+CMPG_CONST kBindAdjoint = 19; // vec3 a pixel of the batch: dLoss/dpixel times the sample weight
+CMPG_CONST kBindFilm = 20; // FilmPixel
+CMPG_CONST kBindLayers = 21; // LayerSample a path
+CMPG_CONST kBindGradients = 22; // 64-bit integers
+CMPG_CONST kBindLayerFilm = 25; // LayerSample a pixel
+CMPG_CONST kBindDirection = 23; // float an entry of the gradient: direction of the forward derivative
+CMPG_CONST kBindStatistics = 24; // Statistics
+
 // Rays and hits of one bounce.
-CMPG_CONST kBindRays = 10;
-CMPG_CONST kBindHits = 11;
-CMPG_CONST kBindShadowRays = 12;
-CMPG_CONST kBindCounts = 13;     // QueueCounts per bounce
-CMPG_CONST kBindVisibility = 14; // one uint per shadow ray: 1 = nothing in between
+CMPG_CONST kBindRays = 32;
+CMPG_CONST kBindNextRays = 33;
+CMPG_CONST kBindHits = 34;
+CMPG_CONST kBindShadowRays = 35;
+CMPG_CONST kBindCounts = 36; // QueueCounts a bounce
+CMPG_CONST kBindVisibility = 37; // uint a shadow ray: 1 = visible
+
+// The tape: this bounce's pool and the next one's.
+CMPG_CONST kBindVertices = 40;
+CMPG_CONST kBindNextVertices = 41;
+CMPG_CONST kBindTape = 42; // floats in planes of `capacity`, see shaders/shared/tape.h
+CMPG_CONST kBindTangents = 43; // vec3 a vertex: dE_i + T_i along the direction, forward mode
+CMPG_CONST kBindNextTangents = 44;
+CMPG_CONST kBindNextTape = 45;
 
 CMPG_SHARED_END
 #endif

@@ -1,14 +1,14 @@
-// What travels between the kernels of one bounce.
+// What travels between the kernels of one bounce, and the tape they leave behind.
 #ifndef CMPG_SHARED_WAVEFRONT
 #define CMPG_SHARED_WAVEFRONT
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
 CMPG_CONST kNone = 0xffffffffu;
-
 CMPG_CONST kTraceChunk = 256; // rays a workgroup of trace_closest or trace_shadow takes
+CMPG_CONST kVertexGroup = 64; // invocations of a workgroup of the other kernels
 
-// A ray to be continued. Queue index = slot of the vertex it will create in this bounce's pool.
+// A ray to be continued. Its place in the queue is the slot of the vertex it will create in this bounce's pool.
 struct Ray {
     vec3 origin;
     uint path; // index of the path in the batch
@@ -35,17 +35,34 @@ struct ShadowRay {
 struct QueueCounts {
     uint rays;
     uint shadowRays;
-    uint reserved0, reserved1;
-    uvec3 rayGroups;
-    uint reserved2;
+    uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
-    uint reserved3;
+    uvec3 vertexGroups; // kernels that take one vertex an invocation: kVertexGroup a workgroup
 };
 
-// Push constants of trace_closest and trace_shadow.
-struct TracePush {
-    uint bounce; // index of the QueueCounts
-    uint count;  // upper bound of the number of rays; 0: do nothing
+// One vertex of the tape: the local factors of the estimator, nothing multiplied by the prefix or divided by it.
+//   R_i = N_i + w_i (E_{i+1} + R_{i+1})
+struct Vertex {
+    vec3 suffix; // while tracing: E_i, the emission found here times its MIS weight; after the scan: E_i + R_i
+    uint child; // slot in the next bounce's pool, kNone where the path ends
+    vec3 direct; // N_i before visibility
+    uint shadow; // its shadow ray, kNone without a light sample
+    vec3 weight; // w_i = f_i / p_i
+    uint path;
+};
+
+// Queue-wide arguments of the kernels that run once per bounce.
+struct BouncePush {
+    uint bounce;
+    uint count; // upper bound of the items; 0: do nothing (used to warm kernels up)
+};
+
+// The backward scan; a dispatch adds to the gradient entries [firstEntry, firstEntry + entries).
+struct ScanPush {
+    uint bounce;
+    uint count;
+    uint firstEntry;
+    uint entries;
 };
 
 CMPG_SHARED_END

@@ -22,7 +22,8 @@ void parallelFor(std::size_t count, std::size_t grain, const std::function<void(
     const auto work = [&] {
         for (std::size_t range; (range = next++) < ranges;) {
             try {
-                fn(range * grain, std::min(count, (range + 1) * grain));
+                const std::size_t begin = range * grain;
+                fn(begin, begin + std::min(grain, count - begin));
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (range < failedRange) {

@@ -14,8 +14,9 @@ class ImageModel {
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order. `perPixel` and
     // `weights` as in Renderer::reverse: empty for `spp` everywhere.
-    virtual void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                         std::span<const float> weights, std::vector<std::vector<double>>& gradients) = 0;
+    virtual void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                         std::span<const std::uint32_t> perPixel, std::span<const float> weights,
+                         std::vector<std::vector<double>>& gradients) = 0;
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
 };
 

@@ -78,7 +78,8 @@ LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std:
     if (image.width != target.width || image.height != target.height || image.channels != target.channels)
         throw Error(ExitCode::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
     if (!mask.empty() && mask.size() != image.pixels())
-        throw Error(ExitCode::Input, "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
+        throw Error(ExitCode::Input,
+                    "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
 
     const auto weight = [&](std::size_t p) { return mask.empty() ? 1.0 : double(mask[p]); };
     const double total = orderedSum<double>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {

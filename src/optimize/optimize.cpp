@@ -56,7 +56,8 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
     : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)) {
     if (config_.targets.size() != model_.views())
         throw Error(ExitCode::Usage,
-                    std::to_string(model_.views()) + " views but " + std::to_string(config_.targets.size()) + " targets", {}, "give one target per view");
+                    std::to_string(model_.views()) + " views but " + std::to_string(config_.targets.size()) + " targets", {},
+                    "give one target per view");
     for (std::size_t view = 0; view < model_.views(); ++view)
         requireSize(config_.targets[view], model_.size(view).first, model_.size(view).second);
     if (parameters_.empty())
@@ -130,7 +131,8 @@ void Optimization::applyUpdate(StepReport& report) {
     }
     if (finite == 0)
         throw Error(ExitCode::Numerical, "no gradient of step " + std::to_string(state_.step) + " is finite",
-                    "values of the scene or the target are too large, or a learning rate threw the parameters off", "lower --learning-rate or look at the target");
+                    "values of the scene or the target are too large, or a learning rate threw the parameters off",
+                    "lower the learning rate or look at the target");
 
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         Parameter& parameter = scene_.parameters[parameters_[i]];

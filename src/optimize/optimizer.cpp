@@ -119,8 +119,8 @@ Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter
     return moments;
 }
 
-std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient, Moments& moments,
-                              Parameter& parameter) {
+std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient,
+                              Moments& moments, Parameter& parameter) {
     const double rate = slotRate(config, parameter.kind) * factor * moments.unit;
     if (config.kind == OptimizerKind::Sgd) {
         const double texels = double(parameter.width) * parameter.height;
@@ -128,7 +128,8 @@ std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step,
     }
     const double t = step + 1.0;
     const double first = 1 - std::pow(double(config.beta1), t), second = 1 - std::pow(double(config.beta2), t);
-    return apply(AdamStep{config.beta1, config.beta2, config.epsilon, float(rate / first), float(1 / std::sqrt(second))}, gradient, moments, parameter);
+    return apply(AdamStep{config.beta1, config.beta2, config.epsilon, float(rate / first), float(1 / std::sqrt(second))}, gradient, moments,
+                 parameter);
 }
 
 } // namespace cmpg

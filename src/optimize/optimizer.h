@@ -47,7 +47,7 @@ Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter
 // One update of parameter.values, projected to the parameter's range; texels of normal maps are brought back to unit length. `step`
 // counts from 0 (bias correction), `factor` is the schedule's. Entries whose gradient is not finite keep value and moments; returns
 // how many.
-std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient, Moments& moments,
-                              Parameter& parameter);
+std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient,
+                              Moments& moments, Parameter& parameter);
 
 } // namespace cmpg

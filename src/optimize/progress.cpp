@@ -28,7 +28,8 @@ std::string duration(double seconds) {
 
 std::string progressLine(const StepReport& report, std::uint32_t steps, double samplesPerSecond, double secondsLeft) {
     char text[160];
-    std::snprintf(text, sizeof text, "step %u/%u  loss %.4e  %.2f M samples/s  ETA ", report.step + 1, steps, report.loss, samplesPerSecond * 1e-6);
+    std::snprintf(text, sizeof text, "step %u/%u  loss %.4e  %.2f M samples/s  ETA ", report.step + 1, steps, report.loss,
+                  samplesPerSecond * 1e-6);
     std::string line = text + duration(secondsLeft);
     if (report.dropped > 0)
         line += "  dropped " + std::to_string(report.dropped);

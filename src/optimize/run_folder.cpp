@@ -2,6 +2,7 @@
 #include "optimize/run_folder.h"
 
 #include "base/error.h"
+#include "scene/gltf_export.h"
 
 #include <cmath>
 #include <cstdio>
@@ -17,8 +18,8 @@ void makeFolder(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (!fs::is_directory(folder))
-        throw Error(ExitCode::Output, "cannot make the folder " + folder.string(), error ? error.message() : "a file of that name is in the way",
-                    "choose another folder with -o");
+        throw Error(ExitCode::Output, "cannot make the folder " + folder.string(),
+                    error ? error.message() : "a file of that name is in the way", "choose another folder with -o");
 }
 
 // initial.exr, or initial.<view>.exr where there are several.
@@ -28,13 +29,7 @@ std::string viewFile(const std::string& what, std::size_t view, std::size_t view
 
 } // namespace
 
-std::string parameterFileName(const std::string& parameterName) {
-    std::string name = parameterName;
-    for (char& c : name)
-        if (std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos || static_cast<unsigned char>(c) < 0x20)
-            c = '_';
-    return name;
-}
+std::string parameterFileName(const std::string& parameterName) { return fileName(parameterName); }
 
 Image parameterImage(const Parameter& parameter, std::span<const double> values) {
     Image image(int(parameter.width), int(parameter.height), int(parameter.channels));
@@ -49,7 +44,8 @@ RunFolder::RunFolder(fs::path folder) : path_(std::move(folder)) {
     csv_.open(file, std::ios::trunc);
     csv_ << kHeader << std::flush;
     if (!csv_)
-        throw Error(ExitCode::Output, "cannot write " + file.string(), "the folder is read-only or the disk full", "choose another folder with -o");
+        throw Error(ExitCode::Output, "cannot write " + file.string(), "the folder is read-only or the disk full",
+                    "choose another folder with -o");
     outputs_.emplace_back("loss", file);
 }
 
@@ -82,8 +78,8 @@ void RunFolder::appendStep(const StepReport& report) {
     for (const double norm : report.gradientNorm)
         squares += norm * norm;
     char row[320];
-    std::snprintf(row, sizeof row, "%u,%.9g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", report.step, report.loss, report.regularizer, report.rate,
-                  report.secondsPrimal, report.secondsGradient, report.secondsUpdate, std::sqrt(squares),
+    std::snprintf(row, sizeof row, "%u,%.9g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", report.step, report.loss, report.regularizer,
+                  report.rate, report.secondsPrimal, report.secondsGradient, report.secondsUpdate, std::sqrt(squares),
                   static_cast<unsigned long long>(report.dropped));
     csv_ << row << std::flush;
     if (!csv_)

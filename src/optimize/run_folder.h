@@ -51,7 +51,7 @@ class RunFolder {
 
 // A texture-shaped EXR image of one value per entry of a parameter.
 Image parameterImage(const Parameter& parameter, std::span<const double> values);
-// The parameter's name made safe as a file name: characters no file system refuses.
+// The parameter's name as a file name without extension, the same as the export's parameters/<name>.exr.
 std::string parameterFileName(const std::string& parameterName);
 
 } // namespace cmpg

@@ -24,8 +24,9 @@ Image threeChannels(Image image) {
 void applyMask(Target& target, const std::filesystem::path& file) {
     const Image mask = threeChannels(readImage(file, true).image);
     if (mask.width != target.image.width || mask.height != target.image.height)
-        throw Error(ExitCode::Input, "mask " + file.string() + " is " + sizeText(mask.width, mask.height) + ", its target " + target.name + " is " +
-                                         sizeText(target.image.width, target.image.height),
+        throw Error(ExitCode::Input,
+                    "mask " + file.string() + " is " + sizeText(mask.width, mask.height) + ", its target " + target.name + " is " +
+                        sizeText(target.image.width, target.image.height),
                     "it was made for another image", "give a mask of the target's size");
     for (std::size_t p = 0; p < mask.pixels(); ++p) {
         const float mean = (mask.values[3 * p] + mask.values[3 * p + 1] + mask.values[3 * p + 2]) / 3;
@@ -64,7 +65,8 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
     }
     if (total == 0)
         throw Error(ExitCode::Input, "no pixel of target " + target.name + " counts",
-                    "alpha and mask are 0 or values are clipped or not finite everywhere", "check the alpha channel, --mask and the exposure of the picture");
+                    "alpha and mask are 0 or values are clipped or not finite everywhere",
+                    "check the alpha channel, --mask and the exposure of the picture");
     if (std::all_of(target.mask.begin(), target.mask.end(), [](float w) { return w == 1; }))
         target.mask.clear();
     return target;
@@ -73,7 +75,9 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
 void requireSize(const Target& target, int width, int height) {
     if (target.image.width == width && target.image.height == height)
         return;
-    throw Error(ExitCode::Input, "target " + target.name + " is " + sizeText(target.image.width, target.image.height) + ", the image " + sizeText(width, height),
+    throw Error(ExitCode::Input,
+                "target " + target.name + " is " + sizeText(target.image.width, target.image.height) + ", the image " +
+                    sizeText(width, height),
                 "--width or --height differ from the target's, or the targets of several cameras differ in size",
                 "leave --width and --height away, or resample the target to " + sizeText(width, height));
 }

@@ -20,6 +20,7 @@ struct RenderConfig {
     Sampler sampler = Sampler::Sobol;
     bool lightSampling = true; // next-event estimation with MIS
     bool allFeatures = false;  // build everything, whether the scene needs it or not (for comparison)
+    bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
 };
 
@@ -47,8 +48,13 @@ struct RenderStatistics {
 
 class Renderer {
   public:
-    Renderer(Device& device, const Scene& scene, const RenderConfig& config);
+    // `scene` outlives the renderer and holds the current values of its parameters.
+    Renderer(Device& device, Scene& scene, const RenderConfig& config);
     ~Renderer();
+
+    enum class Mode { Render, Forward, Reverse };
+    // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
+    void prepare(std::initializer_list<Mode> modes, bool layers = false);
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);

@@ -32,6 +32,23 @@ int hexDigit(char c) {
     return -1;
 }
 
+// How many brackets are open at once, outside strings. (The parser's own callback costs quadratic time on long arrays.)
+int nestingDepth(const char* first, const char* last) {
+    int depth = 0, deepest = 0;
+    bool inString = false;
+    for (const char* c = first; c < last; ++c) {
+        if (inString && *c == '\\') {
+            ++c;
+        } else if (*c == '"') {
+            inString = !inString;
+        } else if (!inString) {
+            depth += (*c == '[' || *c == '{') - (*c == ']' || *c == '}');
+            deepest = std::max(deepest, depth);
+        }
+    }
+    return deepest;
+}
+
 std::string percentDecode(const JsonView& uri) {
     const std::string text = uri.string();
     std::string out;
@@ -120,20 +137,16 @@ void GltfDocument::parseBinary(const Bytes& file) {
 }
 
 void GltfDocument::parseJson(const char* first, const char* last) {
-    bool tooDeep = false;
-    const auto limitDepth = [&](int depth, Json::parse_event_t, Json&) {
-        if (depth > kMaxJsonDepth) tooDeep = true;
-        return depth <= kMaxJsonDepth;
-    };
+    const char* const remedy = "export the scene as glTF 2.0 (.gltf or .glb)";
+    if (nestingDepth(first, last) > kMaxJsonDepth)
+        throw Error(ExitCode::Input, name_ + ": the JSON is nested too deeply", "the file is damaged", remedy);
     try {
-        json_ = Json::parse(first, last, limitDepth);
+        json_ = Json::parse(first, last);
     } catch (const Json::exception& e) {
         throw Error(ExitCode::Input, name_ + ": this is not valid JSON: " + e.what(), "the file is truncated, damaged, or not a glTF file",
-                    "export the scene as glTF 2.0 (.gltf or .glb)");
+                    remedy);
     }
-    if (tooDeep || !json_.is_object())
-        throw Error(ExitCode::Input, name_ + ": " + (tooDeep ? "the JSON is nested too deeply" : "the JSON is not an object"),
-                    "the file is damaged, or not a glTF file", "export the scene as glTF 2.0 (.gltf or .glb)");
+    if (!json_.is_object()) throw Error(ExitCode::Input, name_ + ": the JSON is not an object", "it is not a glTF file", remedy);
 }
 
 void GltfDocument::checkVersionAndExtensions() const {

@@ -1,6 +1,5 @@
 // Cameras, punctual lights and the environment of a glTF scene.
 #include "scene/gltf_load.h"
-#include "scene/image.h"
 #include "scene/image_decode.h"
 
 #include <algorithm>

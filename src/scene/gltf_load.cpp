@@ -68,8 +68,17 @@ void summarise(GltfLoad& load) {
     };
     if (!load.ignored.empty()) load.warn("not rendered: " + join(load.ignored));
     std::vector<std::string> skipped;
-    if (scene.skippedTriangles) skipped.push_back(std::to_string(scene.skippedTriangles) + " degenerate triangles");
-    if (load.unusedVertices) skipped.push_back(std::to_string(load.unusedVertices) + " vertices no triangle uses");
+    const auto count = [&](std::uint64_t number, const char* ofWhat) {
+        if (number) skipped.push_back(std::to_string(number) + " " + ofWhat);
+    };
+    std::set<std::uint32_t> shownMeshes;
+    const JsonView nodes = load.root["nodes"], meshes = load.root["meshes"];
+    for (const NodeInstance& instance : load.instances)
+        if (const auto mesh = nodes.at(instance.node)["mesh"].index(meshes.size(), "mesh")) shownMeshes.insert(*mesh);
+    count(scene.skippedTriangles, "degenerate triangles");
+    count(load.unusedVertices, "vertices no triangle uses");
+    count(meshes.size() - shownMeshes.size(), "meshes no shown node uses");
+    count(nodes.size() - load.instances.size(), "nodes outside the scene");
     if (!skipped.empty()) load.warn("skipped: " + join(skipped));
     if (scene.geometry.triangles.empty()) load.warn("the scene has no triangles");
     bool emits = !scene.lights.empty() || scene.environment;

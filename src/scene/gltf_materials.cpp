@@ -1,6 +1,5 @@
 // Materials of a glTF scene: every slot of every material becomes a parameter.
 #include "scene/gltf_textures.h"
-#include "scene/image.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,8 @@
-// Image files in memory to texels, as stored: no colour decoding, size checked from the header before anything is allocated.
+// Image files in memory: decoding to texels as stored, sizes checked from the header before anything is allocated; encoding.
 #pragma once
 
 #include "scene/file_io.h"
+#include "scene/image.h"
 
 #include <string>
 
@@ -31,7 +32,8 @@ struct ImageLimits {
 // Reads .exr .hdr .png .jpg by content; `name` stands in messages. Throws Error(Input) on anything malformed, non-finite or too large.
 RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits = {});
 
-// PNG file of 8-bit texels. Throws Error(Output).
+// The bytes writeExr() puts into a file, and a PNG file of 8-bit texels. Throw Error(Output).
+Bytes encodeExr(const Image& image);
 Bytes encodePng(std::span<const std::uint8_t> pixels, int width, int height, int channels);
 
 // The 256 linear values of 8-bit sRGB codes.

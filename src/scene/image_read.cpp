@@ -1,6 +1,5 @@
 // Reading .exr, .hdr, .png and .jpg files: format by content, size limits before decoding.
 #include "base/error.h"
-#include "scene/image.h"
 #include "scene/image_decode.h"
 
 #include <ImfChannelList.h>

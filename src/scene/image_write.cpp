@@ -1,7 +1,5 @@
 // Writing EXR (float32, byte-deterministic) and PNG files.
 #include "base/error.h"
-#include "scene/file_io.h"
-#include "scene/image.h"
 #include "scene/image_decode.h"
 
 #include <ImfChannelList.h>
@@ -41,7 +39,7 @@ struct Plane {
 };
 
 // Only the attributes every EXR file must have: no date, owner or program, so that equal pixels give equal bytes.
-void writePlanes(const std::filesystem::path& file, int width, int height, const std::vector<Plane>& planes) {
+Bytes encodePlanes(int width, int height, const std::vector<Plane>& planes) {
     MemoryOutput stream;
     try {
         Imf::Header header(width, height);
@@ -58,19 +56,21 @@ void writePlanes(const std::filesystem::path& file, int width, int height, const
         output.setFrameBuffer(frame);
         output.writePixels(height);
     } catch (const Iex::BaseExc& e) {
-        throw Error(ExitCode::Output, "cannot encode " + file.string() + ": " + e.what());
+        throw Error(ExitCode::Output, "cannot encode an EXR of " + std::to_string(width) + " x " + std::to_string(height) + ": " + e.what());
     }
-    writeFile(file, stream.bytes);
+    return std::move(stream.bytes);
 }
 
 } // namespace
 
-void writeExr(const std::filesystem::path& file, const Image& image) {
+Bytes encodeExr(const Image& image) {
     const auto step = std::size_t(image.channels);
     std::vector<Plane> planes;
     for (std::size_t c = 0; c < 3; ++c) planes.push_back({std::string(1, "RGB"[c]), image.values.data() + (step == 1 ? 0 : c), step});
-    writePlanes(file, image.width, image.height, planes);
+    return encodePlanes(image.width, image.height, planes);
 }
+
+void writeExr(const std::filesystem::path& file, const Image& image) { writeFile(file, encodeExr(image)); }
 
 void writeExrLayers(const std::filesystem::path& file, const std::vector<std::pair<std::string, Image>>& layers) {
     if (layers.empty()) throw Error(ExitCode::Output, "cannot write " + file.string() + ": it would have no layer");
@@ -81,7 +81,7 @@ void writeExrLayers(const std::filesystem::path& file, const std::vector<std::pa
             throw Error(ExitCode::Output, "cannot write " + file.string() + ": layer " + name + " differs in size or channels");
         planes.push_back({name, image.values.data(), 1});
     }
-    writePlanes(file, first.width, first.height, planes);
+    writeFile(file, encodePlanes(first.width, first.height, planes));
 }
 
 void writePng(const std::filesystem::path& file, const Image& image) {

@@ -69,6 +69,7 @@ Buffer::Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind
     impl_ = std::move(impl);
 }
 
+Buffer::Buffer() noexcept = default;
 Buffer::~Buffer() = default;
 Buffer::Buffer(Buffer&&) noexcept = default;
 Buffer& Buffer::operator=(Buffer&&) noexcept = default;

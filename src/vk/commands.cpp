@@ -12,8 +12,8 @@ namespace cmpg {
 
 namespace {
 
-constexpr std::uint32_t kMaxGroups = 65535;     // per dimension; what every device allows
-constexpr std::uint32_t kDispatchesPerPool = 256; // of queries; each dispatch takes two
+constexpr std::uint32_t kMaxGroups = 65535; // per dimension; what every device allows
+constexpr std::uint32_t kQueriesPerPool = 512;
 constexpr std::uint32_t kSetsPerPool = 256;
 
 using Stage = vk::PipelineStageFlagBits;
@@ -36,8 +36,14 @@ struct Commands::Impl {
     enum class State { Empty, Recording, Recorded } state = State::Empty;
     std::vector<vk::raii::DescriptorPool> setPools;
     std::size_t usedSetPools = 0; // the last of these is being allocated from
+    struct Dispatch {
+        std::string_view kernel; // its name in the table of embedded kernels
+        std::uint32_t begin, end; // queries
+    };
+    std::vector<Dispatch> dispatches;
     std::vector<vk::raii::QueryPool> queryPools;
-    std::vector<std::string_view> dispatched; // kernel names, which live in the table of embedded kernels
+    std::uint32_t queries = 0;      // timestamps written
+    bool otherCommandSince = true;  // the last timestamp is not where the next dispatch begins
 
     explicit Impl(Device::Impl& owner)
         : device(owner), pool(owner.device, vk::CommandPoolCreateInfo({}, owner.queueFamily)),
@@ -48,6 +54,7 @@ struct Commands::Impl {
     vk::DescriptorSet allocateSet(vk::DescriptorSetLayout layout);
     vk::DescriptorSet bind(const Kernel::Impl& kernel, const Bindings& bindings);
     template <class Launch> void dispatch(const Kernel::Impl& kernel, const Bindings& bindings, std::span<const std::byte> push, Launch launch);
+    std::uint32_t timestamp();
     void collectTimes();
 };
 
@@ -149,39 +156,42 @@ void Commands::Impl::dispatch(const Kernel::Impl& kernel, const Bindings& bindin
         commands.pushConstants<std::byte>(*kernel.pipelineLayout, vk::ShaderStageFlagBits::eCompute, 0,
                                           vk::ArrayProxy<const std::byte>(pushBytes, push.data()));
 
-    const auto index = std::uint32_t(dispatched.size());
-    const std::uint32_t query = index % kDispatchesPerPool * 2;
-    if (device.timestampMask) {
-        if (index / kDispatchesPerPool == queryPools.size())
-            queryPools.push_back(device.device.createQueryPool({{}, vk::QueryType::eTimestamp, 2 * kDispatchesPerPool}));
-        const vk::QueryPool queries = *queryPools[index / kDispatchesPerPool];
-        if (query == 0)
-            commands.resetQueryPool(queries, 0, 2 * kDispatchesPerPool);
-        commands.writeTimestamp(Stage::eTopOfPipe, queries, query);
-        launch(commands);
-        commands.writeTimestamp(Stage::eBottomOfPipe, queries, query + 1);
-    } else {
-        launch(commands);
-    }
-    dispatched.push_back(findKernel(kernel.name).name);
+    // A dispatch begins where the one before it ended: on lavapipe a timestamp costs more (20 us) than a small dispatch (9 us).
+    const std::uint32_t begin = otherCommandSince ? timestamp() : queries - 1;
+    launch(commands);
+    dispatches.push_back({findKernel(kernel.name).name, begin, timestamp()});
+    otherCommandSince = false;
     if (device.instance->debugUtils)
         commands.endDebugUtilsLabelEXT();
 }
 
+std::uint32_t Commands::Impl::timestamp() {
+    if (device.timestampMask) {
+        if (queries / kQueriesPerPool == queryPools.size())
+            queryPools.push_back(device.device.createQueryPool({{}, vk::QueryType::eTimestamp, kQueriesPerPool}));
+        const vk::QueryPool current = *queryPools[queries / kQueriesPerPool];
+        if (queries % kQueriesPerPool == 0)
+            buffers[0].resetQueryPool(current, 0, kQueriesPerPool);
+        buffers[0].writeTimestamp(Stage::eBottomOfPipe, current, queries % kQueriesPerPool);
+    }
+    return queries++;
+}
+
 void Commands::Impl::collectTimes() {
-    for (std::size_t first = 0; first < dispatched.size(); first += kDispatchesPerPool) {
-        const std::size_t count = std::min<std::size_t>(dispatched.size() - first, kDispatchesPerPool);
-        std::vector<std::uint64_t> ticks(2 * count, 0);
-        if (device.timestampMask)
-            ticks = queryPools[first / kDispatchesPerPool]
-                        .getResults<std::uint64_t>(0, std::uint32_t(2 * count), ticks.size() * sizeof(std::uint64_t),
-                                                   sizeof(std::uint64_t), vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait)
-                        .second;
-        for (std::size_t i = 0; i < count; ++i) {
-            KernelTime& time = device.kernelTimes[std::string(dispatched[first + i])];
-            ++time.calls;
-            time.seconds += double((ticks[2 * i + 1] - ticks[2 * i]) & device.timestampMask) * device.limits.timestampPeriod * 1e-9;
+    std::vector<std::uint64_t> ticks(queries, 0);
+    if (device.timestampMask)
+        for (std::uint32_t first = 0; first < queries; first += kQueriesPerPool) {
+            const std::uint32_t count = std::min(queries - first, kQueriesPerPool);
+            const auto part = queryPools[first / kQueriesPerPool]
+                                  .getResults<std::uint64_t>(0, count, count * sizeof(std::uint64_t), sizeof(std::uint64_t),
+                                                             vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait)
+                                  .second;
+            std::copy(part.begin(), part.end(), ticks.begin() + first);
         }
+    for (const auto& [kernel, begin, end] : dispatches) {
+        KernelTime& time = device.kernelTimes[std::string(kernel)];
+        ++time.calls;
+        time.seconds += double((ticks[end] - ticks[begin]) & device.timestampMask) * device.limits.timestampPeriod * 1e-9;
     }
 }
 
@@ -210,6 +220,7 @@ void Commands::dispatchIndirectBytes(const Kernel& k, const Bindings& b, const B
 void Commands::fill(const Buffer& buffer, std::uint32_t value, std::uint64_t offset, std::uint64_t bytes) {
     if (offset % 4 != 0 || bytes % 4 != 0 || offset >= buffer.size() || bytes > buffer.size() - offset)
         throw std::logic_error("fill: wrong range of '" + buffer.impl()->name + "'");
+    impl_->otherCommandSince = true;
     impl_->recording().fillBuffer(*buffer.impl()->raw.buffer, offset, bytes ? bytes : buffer.size() - offset, value);
 }
 
@@ -218,6 +229,7 @@ void Commands::copy(const Buffer& from, std::uint64_t fromOffset, const Buffer& 
         return;
     if (fromOffset > from.size() || bytes > from.size() - fromOffset || toOffset > to.size() || bytes > to.size() - toOffset)
         throw std::logic_error("copy: wrong range of '" + from.impl()->name + "' or '" + to.impl()->name + "'");
+    impl_->otherCommandSince = true;
     impl_->recording().copyBuffer(*from.impl()->raw.buffer, *to.impl()->raw.buffer, vk::BufferCopy(fromOffset, toOffset, bytes));
 }
 
@@ -245,7 +257,9 @@ void Commands::clear() {
     for (std::size_t i = 0; i < impl_->usedSetPools; ++i)
         impl_->setPools[i].reset();
     impl_->usedSetPools = 0;
-    impl_->dispatched.clear();
+    impl_->dispatches.clear();
+    impl_->queries = 0;
+    impl_->otherCommandSince = true;
     impl_->state = Impl::State::Empty;
 }
 
@@ -256,14 +270,16 @@ Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64
 
 const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges_.at(binding); }
 
-void warmUp(Device& device, std::span<const Kernel* const> kernels) {
+void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
     const Stopwatch stopwatch(device.impl().compileSeconds);
     const auto times = device.impl().kernelTimes;
     Commands commands(device);
     const std::vector<std::byte> zeros(128);
     // No workgroup is launched; the driver compiles all the same.
-    for (const Kernel* kernel : kernels)
-        commands.dispatchBytes(*kernel, {}, 0, std::span(zeros).first(kernel->impl()->interface.pushBytes));
+    for (const Kernel* kernel : kernels) {
+        commands.dispatchBytes(*kernel, bindings, 0, std::span(zeros).first(kernel->impl()->interface.pushBytes));
+        commands.barrier(); // they share the dummies
+    }
     commands.submitAndWait();
     device.impl().kernelTimes = times;
 }

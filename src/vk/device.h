@@ -74,7 +74,7 @@ class Device {
 
 class Buffer {
   public:
-    Buffer() = default; // null: binds as a 16-byte dummy
+    Buffer() noexcept; // null: binds as a 16-byte dummy
     // Size is rounded up to 16 bytes; contents start zeroed. Host transfers go through upload/download whatever the memory type.
     Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind kind, Texel texel = Texel::None);
     ~Buffer();
@@ -104,7 +104,7 @@ class Buffer {
 // One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice.
 class Kernel {
   public:
-    Kernel() = default;
+    Kernel() noexcept;
     // `name`: file name of the kernel without .comp. `constants[i]` is specialization constant id i (uint, float bits or bool).
     Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants = {});
     ~Kernel();
@@ -160,7 +160,7 @@ class Commands {
     void clear();         // forget the recorded commands, to record again
 
   private:
-    friend void warmUp(Device& device, std::span<const Kernel* const> kernels);
+    friend void warmUp(Device&, std::span<const Kernel* const>, const Bindings&);
     void dispatchBytes(const Kernel&, const Bindings&, std::uint64_t items, std::span<const std::byte> push);
     void dispatchIndirectBytes(const Kernel&, const Bindings&, const Buffer&, std::uint64_t offset, std::span<const std::byte> push);
     struct Impl;
@@ -168,6 +168,7 @@ class Commands {
 };
 
 // Runs each kernel once over no items, so that just-in-time compilation happens now and is counted in compileSeconds().
-void warmUp(Device& device, std::span<const Kernel* const> kernels);
+// lavapipe compiles for the texel formats bound: give the texel buffers the kernels will read, storage buffers do not matter.
+void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings = {});
 
 } // namespace cmpg

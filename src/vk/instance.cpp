@@ -171,7 +171,9 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
         const auto& features10 = features.get<vk::PhysicalDeviceFeatures2>().features;
         const auto& features12 = features.get<vk::PhysicalDeviceVulkan12Features>();
         const auto& features13 = features.get<vk::PhysicalDeviceVulkan13Features>();
-        info.driver = std::string(v12.driverName.data()) + " " + v12.driverInfo.data();
+        info.driver = v12.driverName.data();
+        if (v12.driverInfo[0])
+            info.driver += std::string(" ") + v12.driverInfo.data();
         info.subgroupSize = v11.subgroupSize;
         info.int64Atomics = features10.shaderInt64 && features12.shaderBufferInt64Atomics;
         info.float64 = features10.shaderFloat64;

@@ -65,6 +65,7 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
     owner.throwOnValidationMessages();
 }
 
+Kernel::Kernel() noexcept = default;
 Kernel::~Kernel() = default;
 Kernel::Kernel(Kernel&&) noexcept = default;
 Kernel& Kernel::operator=(Kernel&&) noexcept = default;

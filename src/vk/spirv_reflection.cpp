@@ -226,11 +226,18 @@ KernelInterface reflect(std::span<const std::uint32_t> words, std::span<const st
     }
     for (const Instruction& variable : module.variables)
         readVariable(variable, module, result);
-    std::sort(result.bindings.begin(), result.bindings.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+    // Several declarations may stand for one binding, but not of different kinds.
+    std::sort(result.bindings.begin(), result.bindings.end());
+    result.bindings.erase(std::unique(result.bindings.begin(), result.bindings.end()), result.bindings.end());
+    for (std::size_t i = 1; i < result.bindings.size(); ++i)
+        if (result.bindings[i].number == result.bindings[i - 1].number)
+            fail("binding " + std::to_string(result.bindings[i].number) + " is declared as two kinds of resource");
     for (const auto& [key, operand] : module.decorations)
         if (key.second == DecorationSpecId)
             result.specIds.push_back(operand);
+    // The compiler writes two constants of one id where a workgroup size is specialized and also read.
     std::sort(result.specIds.begin(), result.specIds.end());
+    result.specIds.erase(std::unique(result.specIds.begin(), result.specIds.end()), result.specIds.end());
     result.localSize = readLocalSize(module);
     return result;
 }

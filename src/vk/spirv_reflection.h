@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,6 +14,7 @@ struct KernelInterface {
     struct Binding {
         std::uint32_t number;
         Resource resource;
+        auto operator<=>(const Binding&) const = default;
     };
     std::vector<Binding> bindings; // by number
     std::uint32_t pushBytes = 0;   // end of the last member of the push-constant block

@@ -93,6 +93,47 @@ TEST(Kernel, DispatchesIndirectly) {
     EXPECT_THROW(commands.dispatchIndirect(kernel, {}, arguments, 24, Count{0}), std::logic_error);
 }
 
+TEST(Kernel, CountsGroupsOnTheDevice) {
+    struct Items {
+        std::uint32_t items, size;
+    };
+    Device& device = test::device();
+    const Kernel count(device, "count_groups"), write(device, "write_index");
+    const Buffer arguments(device, "arguments", 16, MemoryKind::Transient);
+    for (const std::uint32_t items : {0u, 1u, 64u, 65u, 65535u * 64, 65535u * 64 + 1, 65535u * 128 + 7}) {
+        const Buffer result(device, "result", 4ull * items + 4, MemoryKind::Transient);
+        Commands commands(device);
+        commands.dispatch(count, Bindings().set(0, arguments), 1, Items{items, write.localSize()});
+        commands.barrier();
+        commands.dispatchIndirect(write, Bindings().set(0, result), arguments, 0, Count{items});
+        commands.submitAndWait();
+        std::vector<std::uint32_t> expected(items, 1);
+        expected.push_back(0);
+        EXPECT_TRUE(result.downloadAll<std::uint32_t>(items + 1) == expected) << items << " items";
+    }
+}
+
+TEST(Kernel, BindsPartsOfLargeBuffers) {
+    Device& device = test::device();
+    const std::uint64_t limit = device.info().maxStorageBufferRange;
+    if (limit > (std::uint64_t(256) << 20))
+        GTEST_SKIP() << "the device binds " << limit << " bytes at once";
+    const Kernel kernel(device, "write_index");
+    const Buffer large(device, "large", limit + 4096, MemoryKind::Transient);
+    Commands commands(device);
+    try {
+        commands.dispatch(kernel, Bindings().set(0, large), 64, Count{64});
+        FAIL() << "more than the limit was bound";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_NE(std::string(error.what()).find("large"), std::string::npos);
+    }
+    commands.dispatch(kernel, Bindings().set(0, large, limit, 4096), 64, Count{64});
+    commands.submitAndWait();
+    EXPECT_EQ(large.downloadAll<std::uint32_t>(64, limit), std::vector<std::uint32_t>(64, 1));
+    EXPECT_THROW(commands.dispatch(kernel, Bindings().set(0, large, limit, 8192), 64, Count{64}), std::logic_error);
+}
+
 void sumFixed(Device& device) {
     constexpr std::uint32_t count = 100'000;
     std::mt19937_64 random(2);
@@ -183,10 +224,13 @@ TEST(Kernel, Timestamps) {
 TEST(Kernel, WarmUpTouchesNothing) {
     Device device({});
     const Kernel kernel(device, "write_index");
+    const Buffer result(device, "result", 256, MemoryKind::Transient);
     const double before = device.compileSeconds();
     EXPECT_GT(before, 0);
     const std::array kernels{&kernel};
     warmUp(device, kernels);
+    warmUp(device, kernels, Bindings().set(0, result));
+    EXPECT_EQ(result.downloadAll<std::uint32_t>(64), std::vector<std::uint32_t>(64, 0));
     EXPECT_GT(device.compileSeconds(), before);
     EXPECT_TRUE(device.kernelTimes().empty());
 }

@@ -93,8 +93,7 @@ TEST(PixelSampling, WeightedSumsAreUnbiased) {
 }
 
 TEST(PixelSampling, RoundingIsIndependentOverPixelsStepsPassesAndSeeds) {
-    // A constant adjoint with E = 0.5: independent fair coins. spp = 1, half the image is zero adjoint, so E = 0.2 and 1.8 there; use
-    // the 0.2 pixels.
+    // Every other pixel has no adjoint: its count is a coin that shows 1 with probability 0.2.
     Image adjoint(256, 256, 3, 0.f);
     for (std::size_t p = 0; p < adjoint.pixels(); p += 2)
         adjoint.values[3 * p] = 1;

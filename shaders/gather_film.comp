@@ -1,0 +1,45 @@
+// Sums the samples of each pixel of the batch in their order, compensated, on top of what earlier batches left.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "scene/features.glsl"
+#include "shared/bindings.h"
+#include "shared/batch.h"
+#include "shared/wavefront.h"
+#include "shared/film.h"
+#include "lib/dispatch.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BouncePush push; };
+layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
+layout(binding = kBindVertices, scalar) readonly buffer Vertices { Vertex vertices[]; };
+layout(binding = kBindTangents, scalar) readonly buffer Tangents { vec3 tangents[]; };
+layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
+layout(binding = kBindLayers, scalar) readonly buffer Layers { LayerSample layers[]; };
+layout(binding = kBindLayerFilm, scalar) buffer LayerFilm { LayerSample layerFilm[]; };
+
+void main() {
+    const uint pixel = globalIndex();
+    if (push.count == 0 || pixel >= batch.pixels) return;
+    FilmPixel p = film[pixel];
+    const uint first = pixelOffsets[pixel], end = pixelOffsets[pixel + 1]; // at most kMaxPixelSamples apart
+    for (uint path = first; path < end; ++path) {
+        const vec3 value = kForward ? tangents[path] : vertices[path].suffix;
+        precise vec3 sum = p.sum + value;
+        // Neumaier: the rounding error of the larger operand's side.
+        precise vec3 lost = mix((value - sum) + p.sum, (p.sum - sum) + value, greaterThanEqual(abs(p.sum), abs(value)));
+        p.compensation += lost;
+        p.sum = sum;
+    }
+    film[pixel] = p;
+    if (!kLayers) return;
+    LayerSample sums = layerFilm[pixel];
+    for (uint path = first; path < end; ++path) {
+        const LayerSample l = layers[path];
+        sums.normal += l.normal;
+        sums.depth += l.depth;
+        sums.albedo += l.albedo;
+        sums.hit += l.hit;
+    }
+    layerFilm[pixel] = sums;
+}

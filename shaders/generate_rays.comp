@@ -1,0 +1,48 @@
+// Camera rays of a batch: which pixel and sample each path belongs to, and where it starts.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "scene/features.glsl"
+#include "shared/bindings.h"
+#include "shared/batch.h"
+#include "shared/wavefront.h"
+#include "lib/physics.glsl"
+#include "lib/dispatch.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BouncePush push; };
+layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
+layout(binding = kBindPaths, scalar) writeonly buffer Paths { uvec2 paths[]; };
+layout(binding = kBindRays, scalar) writeonly buffer Rays { Ray rays[]; };
+
+void main() {
+    const uint path = globalIndex();
+    if (push.count == 0 || path >= batch.paths) return;
+    // The pixel whose run of samples contains this path.
+    uint low = 0, high = batch.pixels - 1;
+    for (uint i = 0; i < 32 && low < high; ++i) {
+        const uint middle = (low + high + 1) / 2;
+        if (pixelOffsets[middle] <= path) low = middle;
+        else high = middle - 1;
+    }
+    const uint index = path - pixelOffsets[low] + (low == 0 ? batch.firstSample : 0);
+    paths[path] = uvec2(low, index);
+
+    const uint pixel = batch.firstPixel + low;
+    const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), pixel, index, 0u, 0u);
+    const vec2 u = sampleSet(key, kSetCamera).xy;
+    const vec2 raster = vec2(pixel % batch.width, pixel / batch.width) + u;
+    const vec2 plane = vec2(2.0 * raster.x / float(batch.width) - 1.0, 1.0 - 2.0 * raster.y / float(batch.height));
+    const vec3 across = plane.x * batch.cameraRight + plane.y * batch.cameraUp;
+    Ray ray;
+    ray.path = path;
+    ray.pdf = 0.0;
+    if (batch.orthographic != 0) {
+        ray.origin = batch.cameraOrigin + across;
+        ray.direction = batch.cameraForward;
+    } else {
+        ray.origin = batch.cameraOrigin;
+        ray.direction = normalize(across + batch.cameraForward);
+    }
+    rays[path] = ray;
+}

@@ -1,0 +1,172 @@
+// The surface material of glTF 2.0 (appendix B, KHR_materials_specular, KHR_materials_ior): value, density, sampling, derivatives.
+//
+//   mix(dielectric, metal, metallic), metal: GGX with Schlick F0 = baseColor,
+//   dielectric: (1 - specular max(fr)) baseColor / pi + specular fr GGX, fr = f0 + (1 - f0) (1 - |w.h|)^5.
+//
+// Reflection only and two-sided: 0 where wo and wi are on different sides of the normal, and a normal that both are behind of is
+// turned. All directions are unit vectors and point away from the surface.
+//
+// The includer defines the bool constants kLobeDiffuse, kLobeSpecular (a scene in which a lobe can contribute neither value nor
+// derivative leaves it out) and kDiffBaseColor, kDiffRoughness, kDiffMetallic, kDiffSpecular, kDiffNormal (what is differentiated;
+// a derivative that is switched off is 0).
+#ifndef CMPG_LIB_BSDF
+#define CMPG_LIB_BSDF
+#include "lib/microfacet.glsl"
+#include "lib/warp.glsl"
+
+struct Surface {
+    vec3 baseColor;     // [0,1]
+    float roughness;    // [0,1]
+    float metallic;     // [0,1]
+    float specular;     // specularFactor, [0,1]
+    vec3 specularColor; // specularColorFactor, >= 0
+    float ior;          // 0 stands for infinity
+};
+
+// Derivatives of f |cos| per colour channel.
+struct BsdfDerivatives {
+    vec3 baseColor; // channel c by baseColor channel c; the others are 0
+    vec3 roughness;
+    vec3 metallic;
+    vec3 specular;
+    // By the x, y, z of the unit normal in world space: the gradient of f(n / |n|), so it has no part along n.
+    vec3 normalX;
+    vec3 normalY;
+    vec3 normalZ;
+};
+
+vec3 dielectricF0(Surface s) {
+    float r = (1.0 - s.ior) / (1.0 + s.ior);
+    return min(r * r * s.specularColor, vec3(1.0));
+}
+
+vec3 schlick(vec3 f0, float weight) { return f0 + (vec3(1.0) - f0) * weight; }
+
+// Lobes that can have a value or a wanted derivative somewhere.
+bool hasDiffuse(Surface s) {
+    bool coloured = maxComponent(s.baseColor) > 0.0;
+    return kLobeDiffuse && ((s.metallic < 1.0 && (coloured || kDiffBaseColor)) || (kDiffMetallic && coloured));
+}
+bool hasSpecular(Surface s) {
+    return kLobeSpecular && (s.metallic > 0.0 || kDiffMetallic || s.specular > 0.0 || kDiffSpecular);
+}
+
+// Probability of drawing from the specular lobe, by the lobes' approximate albedo at cosO = |n.wo|. In [0.1, 0.9] where both
+// lobes exist, so that neither is starved of samples: also not of those for a derivative where the value is 0.
+float specularProbability(Surface s, float cosO) {
+    if (!hasSpecular(s)) return 0.0;
+    if (!hasDiffuse(s)) return 1.0;
+    float w = square(square(1.0 - cosO)) * (1.0 - cosO);
+    float fr = s.specular * maxComponent(schlick(dielectricF0(s), w));
+    float specular = mix(fr, maxComponent(schlick(s.baseColor, w)), s.metallic);
+    float diffuse = (1.0 - s.metallic) * (1.0 - fr) * maxComponent(s.baseColor);
+    return clamp(specular / max(specular + diffuse, 1e-6), 0.1, 0.9);
+}
+
+// f |cos|, and its derivatives.
+vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDerivatives) d) {
+    vec3 zero = vec3(0.0);
+    d.baseColor = zero;
+    d.roughness = zero;
+    d.metallic = zero;
+    d.specular = zero;
+    d.normalX = zero;
+    d.normalY = zero;
+    d.normalZ = zero;
+    float side = dot(normal, wo) < 0.0 ? -1.0 : 1.0;
+    vec3 n = normal * side;
+    float cosO = dot(n, wo);
+    float cosI = dot(n, wi);
+    if (!(min(cosO, cosI) > kMinCosine)) return zero;
+
+    vec3 value = zero;
+    vec3 gradientX = zero;
+    vec3 gradientY = zero;
+    vec3 gradientZ = zero;
+    float dielectric = 1.0 - s.metallic;
+    float weight = 0.0; // of grazing reflection in Schlick's approximation
+    vec3 fr = zero;
+    if (kLobeSpecular) {
+        weight = schlickWeight(wo, wi);
+        fr = schlick(dielectricF0(s), weight);
+    }
+    float strongest = maxComponent(fr);
+
+    if (kLobeDiffuse) {
+        float lambert = cosI * kInvPi;
+        float transmitted = 1.0 - s.specular * strongest;
+        vec3 colour = dielectric * transmitted * s.baseColor;
+        value = colour * lambert;
+        if (kDiffBaseColor) d.baseColor = vec3(dielectric * transmitted * lambert);
+        if (kDiffMetallic) d.metallic = -transmitted * lambert * s.baseColor;
+        if (kDiffSpecular) d.specular = -dielectric * strongest * lambert * s.baseColor;
+        if (kDiffNormal) {
+            vec3 tangential = (wi - cosI * n) * kInvPi;
+            gradientX = colour * tangential.x;
+            gradientY = colour * tangential.y;
+            gradientZ = colour * tangential.z;
+        }
+    }
+    if (kLobeSpecular) {
+        HalfVector h = halfVector(n, wo, wi);
+        GgxReflection g = ggxReflection(alphaFromRoughness(s.roughness), n, wo, wi, cosO, cosI, h);
+        vec3 metal = schlick(s.baseColor, weight);
+        vec3 fresnel = dielectric * s.specular * fr + s.metallic * metal;
+        value = value + fresnel * g.value;
+        if (kDiffBaseColor) d.baseColor = d.baseColor + vec3(s.metallic * (1.0 - weight) * g.value);
+        if (kDiffRoughness) d.roughness = fresnel * (g.alpha * alphaDerivative(s.roughness));
+        if (kDiffMetallic) d.metallic = d.metallic + (metal - s.specular * fr) * g.value;
+        if (kDiffSpecular) d.specular = d.specular + dielectric * fr * g.value;
+        if (kDiffNormal) {
+            gradientX = gradientX + fresnel * g.normal.x;
+            gradientY = gradientY + fresnel * g.normal.y;
+            gradientZ = gradientZ + fresnel * g.normal.z;
+        }
+    }
+    d.normalX = gradientX * side;
+    d.normalY = gradientY * side;
+    d.normalZ = gradientZ * side;
+    return value;
+}
+
+// f |cos|.
+vec3 bsdfCos(Surface s, vec3 n, vec3 wo, vec3 wi) {
+    BsdfDerivatives unused; // the compiler drops what computes them
+    return bsdfCosDerivatives(s, n, wo, wi, unused);
+}
+
+// Solid-angle density of sampleBsdf. Samples that end below the surface are not counted, so it integrates to at most 1.
+float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
+    vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
+    float cosO = dot(n, wo);
+    float cosI = dot(n, wi);
+    if (!(min(cosO, cosI) > kMinCosine)) return 0.0;
+    float probability = specularProbability(s, cosO);
+    float pdf = 0.0;
+    if (kLobeDiffuse && hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
+    if (kLobeSpecular) pdf += probability * ggxPdf(alphaFromRoughness(s.roughness), cosO, halfVector(n, wo, wi));
+    return pdf;
+}
+
+// Draws wi with density bsdfPdf; u in [0,1)^3, u.z picks the lobe. False: there is no direction (below the surface, or no lobe).
+bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi) {
+    vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
+    float cosO = dot(n, wo);
+    wi = n;
+    if (!(cosO > kMinCosine) || !(hasDiffuse(s) || hasSpecular(s))) return false;
+    vec3 x;
+    vec3 y;
+    orthonormalFrame(n, x, y);
+    vec3 local;
+    if (kLobeSpecular && u.z < specularProbability(s, cosO)) {
+        vec3 o = vec3(dot(x, wo), dot(y, wo), cosO);
+        vec3 h = sampleGgxNormal(alphaFromRoughness(s.roughness), o, vec2(u.x, u.y));
+        local = 2.0 * dot(o, h) * h - o;
+    } else {
+        local = sampleCosineHemisphere(vec2(u.x, u.y));
+    }
+    wi = normalize(local.x * x + local.y * y + local.z * n);
+    return dot(n, wi) > kMinCosine;
+}
+
+#endif

@@ -1,0 +1,54 @@
+// Constants, frames and products that keep their relative accuracy.
+#ifndef CMPG_LIB_MATH
+#define CMPG_LIB_MATH
+#include "lib/dual.glsl"
+
+const float kPi = 3.14159265358979323846;
+const float kInvPi = 0.31830988618379067154;
+
+// Cosines up to this size count as zero: far below what the dot product of two float unit vectors resolves.
+const float kMinCosine = 1e-9;
+
+float square(float x) { return x * x; }
+float maxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
+float meanComponent(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
+float luminance(vec3 v) { return 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z; } // Rec. 709 primaries
+float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
+
+// Two unit vectors that make a right-handed frame (x, y, n) with the unit vector n.
+// Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+void orthonormalFrame(vec3 n, OUT(vec3) x, OUT(vec3) y) {
+    float s = n.z < 0.0 ? -1.0 : 1.0;
+    float a = -1.0 / (s + n.z);
+    float b = n.x * n.y * a;
+    x = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
+    y = vec3(b, s + n.y * n.y * a, -n.y);
+}
+
+// What a + b loses to rounding (Knuth's two-sum).
+vec3 sumError(vec3 a, vec3 b) {
+    PRECISE vec3 s = a + b;
+    PRECISE vec3 fromB = s - a;
+    PRECISE vec3 error = (a - (s - fromB)) + (b - fromB);
+    return error;
+}
+
+// The leading 12 bits of each component (Veltkamp's split for float; in double it merely splits elsewhere).
+vec3 leadingBits(vec3 v) {
+    PRECISE vec3 scaled = v * 4097.0;
+    PRECISE vec3 high = scaled - (scaled - v);
+    return high;
+}
+
+// Cross product whose error is about 2^-36 |a| |b| instead of 2^-24: products of the leading halves are exact and so are their
+// differences where they cancel. The angle between nearly parallel vectors keeps its relative accuracy.
+vec3 accurateCross(vec3 a, vec3 b) {
+    vec3 ah = leadingBits(a);
+    vec3 bh = leadingBits(b);
+    vec3 al = a - ah;
+    vec3 bl = b - bh;
+    vec3 leading = vec3(ah.y * bh.z - ah.z * bh.y, ah.z * bh.x - ah.x * bh.z, ah.x * bh.y - ah.y * bh.x);
+    return leading + (cross(ah, bl) + cross(al, b));
+}
+
+#endif

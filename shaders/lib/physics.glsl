@@ -1,0 +1,10 @@
+// Everything a kernel that scatters light needs. The includer defines the constants bsdf.glsl and sampler.glsl name.
+#include "lib/math.glsl"
+#include "lib/sampler.glsl"
+#include "lib/warp.glsl"
+#include "lib/bsdf.glsl"
+#include "lib/mis.glsl"
+#include "lib/texel.glsl"
+#include "lib/environment.glsl"
+#include "lib/light.glsl"
+#include "lib/ray_offset.glsl"

@@ -1,0 +1,19 @@
+// The scene's read-only tables, for kernels that look at surfaces and lights.
+#include "shared/bindings.h"
+#include "shared/wavefront.h"
+#include "shared/light.h"
+#include "shared/scene_info.h"
+#include "shared/batch.h"
+#include "lib/read_buffers.glsl"
+READ_VEC4(triangleTexel, kBindTriangles)
+READ_UVEC4(triangleIndices, kBindIndices)
+READ_VEC4(attributeTexel, kBindAttributes)
+READ_UVEC4(materialTexel, kBindMaterials)
+READ_UVEC4(slotTexel, kBindSlots)
+READ_VEC4(valueTexel, kBindValues)
+READ_UINT(packedTexel, kBindPacked)
+READ_UVEC4(lightTexel, kBindLights)
+READ_FLOAT(lightDensity, kBindLightDensity)
+READ_FLOAT(environmentCdf, kBindEnvironmentCdf)
+layout(binding = kBindScene, scalar) readonly buffer SceneBlock { SceneInfo scene; };
+layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };

@@ -1,0 +1,41 @@
+// The specialization constants as GLSL constants; drivers remove what they switch off.
+#include "shared/features.h"
+#include "shared/material.h"
+layout(constant_id = kFeatureMode) const uint kMode = 0;
+layout(constant_id = kFeatureDifferentiated) const uint kDifferentiated = 0;
+layout(constant_id = kFeatureDiffuse) const bool kLobeDiffuse = true;
+layout(constant_id = kFeatureSpecular) const bool kLobeSpecular = true;
+layout(constant_id = kFeatureTextures) const bool kTextures = true;
+layout(constant_id = kFeaturePackedTextures) const bool kPackedTextures = true;
+layout(constant_id = kFeatureNormalMaps) const bool kNormalMaps = true;
+layout(constant_id = kFeatureVertexNormals) const bool kVertexNormals = true;
+layout(constant_id = kFeatureTexcoord1) const bool kTexcoord1 = true;
+layout(constant_id = kFeatureColors) const bool kColors = true;
+layout(constant_id = kFeatureTangents) const bool kTangents = true;
+layout(constant_id = kFeatureAlphaMask) const bool kAlphaMask = true;
+layout(constant_id = kFeatureEmission) const bool kEmission = true;
+layout(constant_id = kFeatureEnvironment) const bool kEnvironment = true;
+layout(constant_id = kFeatureTriangleLights) const bool kTriangleLights = true;
+layout(constant_id = kFeaturePunctualLights) const bool kPunctualLights = true;
+layout(constant_id = kFeatureEnvironmentLight) const bool kEnvironmentLight = true;
+layout(constant_id = kFeatureSobol) const bool kSobol = true;
+layout(constant_id = kFeatureFrozen) const bool kFrozen = false;
+layout(constant_id = kFeatureLayers) const bool kLayers = false;
+layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
+layout(constant_id = kFeatureThreads) const uint kThreads = 1;
+
+// Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
+const bool kForward = kMode == kModeForward;
+const bool kReverse = kMode == kModeReverse;
+const bool kDerivatives = kMode != kModeRender;
+const bool kLightSampling = kTriangleLights || kPunctualLights || kEnvironmentLight;
+const bool kDiffBaseColor = (kDifferentiated & (1u << kSlotBaseColor)) != 0;
+const bool kDiffRoughness = (kDifferentiated & (1u << kSlotRoughness)) != 0;
+const bool kDiffMetallic = (kDifferentiated & (1u << kSlotMetallic)) != 0;
+const bool kDiffSpecular = (kDifferentiated & (1u << kSlotSpecular)) != 0;
+const bool kDiffEmission = (kDifferentiated & (1u << kSlotEmission)) != 0;
+const bool kDiffNormal = (kDifferentiated & (1u << kSlotNormal)) != 0;
+const bool kDiffEnvironment = (kDifferentiated & (1u << kSlotsPerMaterial)) != 0;
+const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotsPerMaterial;
+const bool kDiffLight = (kDifferentiated & kSlotMaskLight) != 0; // a light sample's own radiance is differentiated
+const bool kDiffSurface = (kDifferentiated & ~kSlotMaskLight) != 0;

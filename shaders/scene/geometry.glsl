@@ -1,0 +1,91 @@
+// From a hit to the surface point: position, normals, texture coordinates.
+// Expects kBindTriangles, kBindIndices and kBindAttributes to be declared as triangleTexel(), triangleIndices(), attributeTexel().
+
+struct SurfacePoint {
+    vec3 position;
+    vec3 faceNormal; // unit, towards the counter-clockwise side
+    vec3 normal; // shading normal before normal mapping, unit
+    vec2 uv0, uv1;
+    vec4 color;
+    vec4 tangent; // as in the file; xyz zero: not given
+    uint triangle, material;
+    float magnitude; // largest absolute coordinate of the triangle: the scale of rounding errors
+};
+
+const uint kAttributeTexels = 2 + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
+
+SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
+    const vec3 v0 = triangleTexel(3 * triangle).xyz;
+    const vec3 e1 = triangleTexel(3 * triangle + 1).xyz;
+    const vec3 e2 = triangleTexel(3 * triangle + 2).xyz;
+    const float b1 = barycentrics.x, b2 = barycentrics.y, b0 = 1.0 - b1 - b2;
+    SurfacePoint p;
+    p.triangle = triangle;
+    p.position = v0 + b1 * e1 + b2 * e2;
+    p.magnitude = max(largestCoordinate(v0), max(largestCoordinate(v0 + e1), largestCoordinate(v0 + e2)));
+    p.faceNormal = normalize(cross(e1, e2));
+    p.normal = p.faceNormal;
+    p.uv0 = vec2(0);
+    p.uv1 = vec2(0);
+    p.color = vec4(1);
+    p.tangent = vec4(0);
+    const uvec4 indices = triangleIndices(triangle);
+    p.material = indices.w;
+    if (kVertexNormals || kTextures) {
+        const uvec3 at = indices.xyz * kAttributeTexels;
+        const vec4 t0 = attributeTexel(at.x), t1 = attributeTexel(at.y), t2 = attributeTexel(at.z);
+        if (kVertexNormals) {
+            const vec3 n = b0 * t0.xyz + b1 * t1.xyz + b2 * t2.xyz;
+            const float length2 = dot(n, n);
+            if (length2 > 1e-20) p.normal = n * inversesqrt(length2);
+        }
+        if (kTextures) {
+            const vec4 s0 = attributeTexel(at.x + 1), s1 = attributeTexel(at.y + 1), s2 = attributeTexel(at.z + 1);
+            p.uv0 = vec2(b0 * t0.w + b1 * t1.w + b2 * t2.w, b0 * s0.x + b1 * s1.x + b2 * s2.x);
+            if (kTexcoord1) p.uv1 = b0 * s0.yz + b1 * s1.yz + b2 * s2.yz;
+        }
+        if (kTangents) p.tangent = b0 * attributeTexel(at.x + 2) + b1 * attributeTexel(at.y + 2) + b2 * attributeTexel(at.z + 2);
+    }
+    if (kColors) {
+        const uvec3 at = indices.xyz * kAttributeTexels + (kAttributeTexels - 1);
+        p.color = b0 * attributeTexel(at.x) + b1 * attributeTexel(at.y) + b2 * attributeTexel(at.z);
+    }
+    return p;
+}
+
+// Derivatives of the texture coordinates' parametrisation: the tangent-space basis of a normal map, orthogonalised against the
+// shading normal. Columns: tangent, bitangent, normal.
+mat3 tangentFrame(SurfacePoint p, bool useTexcoord1) {
+    vec3 t = p.tangent.xyz;
+    float handedness = p.tangent.w < 0.0 ? -1.0 : 1.0;
+    if (dot(t, t) < 1e-12) {
+        const vec3 e1 = triangleTexel(3 * p.triangle + 1).xyz;
+        const vec3 e2 = triangleTexel(3 * p.triangle + 2).xyz;
+        const uvec3 at = triangleIndices(p.triangle).xyz * kAttributeTexels;
+        vec2 c0, c1, c2;
+        if (kTexcoord1 && useTexcoord1) {
+            c0 = attributeTexel(at.x + 1).yz;
+            c1 = attributeTexel(at.y + 1).yz;
+            c2 = attributeTexel(at.z + 1).yz;
+        } else {
+            c0 = vec2(attributeTexel(at.x).w, attributeTexel(at.x + 1).x);
+            c1 = vec2(attributeTexel(at.y).w, attributeTexel(at.y + 1).x);
+            c2 = vec2(attributeTexel(at.z).w, attributeTexel(at.z + 1).x);
+        }
+        const vec2 d1 = c1 - c0, d2 = c2 - c0;
+        const float area = d1.x * d2.y - d1.y * d2.x;
+        // glTF's v runs down the image while tangent space has y up, hence the bitangent along decreasing v.
+        const float orientation = area < 0.0 ? -1.0 : 1.0;
+        t = (e1 * d2.y - e2 * d1.y) * orientation;
+        handedness = -orientation;
+    }
+    t -= p.normal * dot(p.normal, t);
+    const float length2 = dot(t, t);
+    if (length2 < 1e-30) {
+        vec3 x, y;
+        orthonormalFrame(p.normal, x, y);
+        return mat3(x, y, p.normal);
+    }
+    t *= inversesqrt(length2);
+    return mat3(t, cross(p.normal, t) * handedness, p.normal);
+}

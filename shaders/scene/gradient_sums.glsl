@@ -1,0 +1,22 @@
+// Gradient sums as 64-bit integers in units of 1/batch.gradientScale: the order of additions does not matter, so results do not depend on
+// scheduling. A dispatch serves the entries of one slice, since a binding's range is limited.
+#ifdef CMPG_PORTABLE
+layout(binding = kBindGradients, scalar) buffer Gradients { uvec2 gradients[]; };
+#else
+layout(binding = kBindGradients, scalar) buffer Gradients { uint64_t gradients[]; };
+#endif
+
+// `scale`: two factors of 2^k.
+void addGradient(uint entry, float value, vec2 scale) {
+    const uint local = entry - push.firstEntry;
+    if (value == 0.0 || local >= push.entries) return;
+    uvec2 words;
+    if (!toFixedPoint(value * scale.x, scale.y, words)) atomicAdd(statistics[kSaturatedGradient], 1);
+#ifdef CMPG_PORTABLE
+    const uint old = atomicAdd(gradients[local].x, words.x);
+    const uint carry = old + words.x < old ? 1u : 0u;
+    if (words.y + carry != 0) atomicAdd(gradients[local].y, words.y + carry);
+#else
+    atomicAdd(gradients[local], packUint2x32(words));
+#endif
+}

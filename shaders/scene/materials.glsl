@@ -1,0 +1,53 @@
+// What a surface is made of at a point, and what it emits. Expects slots.glsl, geometry.glsl and what they expect.
+
+// What a surface is made of at a point.
+struct SurfaceMaterial {
+    Surface surface;
+    vec3 normal; // shading normal after normal mapping, unit
+    vec3 colorFactor; // vertex colour that multiplied baseColor
+    uint flags;
+};
+
+// The unit tangent-space normal is t/|t|; world normal = frame * t/|t|.
+SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint frozenTexels) {
+    const uint at = (p.material + frozenMaterials) * kMaterialTexels;
+    const uvec4 m0 = materialTexel(at), m1 = materialTexel(at + 1);
+    SurfaceMaterial m;
+    m.flags = m1.w;
+    m.surface.baseColor = uintBitsToFloat(m0.xyz);
+    m.surface.roughness = uintBitsToFloat(m0.w);
+    m.surface.metallic = uintBitsToFloat(m1.x);
+    m.surface.specular = uintBitsToFloat(m1.y);
+    m.surface.ior = uintBitsToFloat(m1.z);
+    m.surface.specularColor = vec3(1);
+    if (kLobeSpecular) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
+    m.normal = p.normal;
+    m.colorFactor = vec3(1);
+    if (kTextures && (m.flags & 0xffu) != 0) {
+        const uint f = m.flags;
+        if ((f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
+        if (kLobeSpecular) {
+            if ((f & (1u << kSlotRoughness)) != 0)
+                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
+            if ((f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, frozenTexels).x;
+            if ((f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels).x;
+        }
+        if (kNormalMaps && (f & (1u << kSlotNormal)) != 0) {
+            const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
+            const float length2 = dot(t, t);
+            const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
+            if (length2 > 1e-20) m.normal = normalize(tangentFrame(p, second) * (t * inversesqrt(length2)));
+        }
+    }
+    if (kColors) {
+        m.colorFactor = p.color.xyz;
+        m.surface.baseColor *= m.colorFactor;
+    }
+    return m;
+}
+
+// Radiance leaving the front face of an emissive material.
+vec3 emittedRadiance(uint material, uint flags, vec2 uv0, vec2 uv1, uint frozenMaterials, uint frozenTexels) {
+    if (kTextures && (flags & (1u << kSlotEmission)) != 0) return textureValue(material, kSlotEmission, uv0, uv1, frozenTexels);
+    return uintBitsToFloat(materialTexel((material + frozenMaterials) * kMaterialTexels + 3).xyz);
+}

@@ -1,0 +1,54 @@
+// Material slots: the texels a slot is read from at texture coordinates, and what stands there.
+// Expects kBindMaterials, kBindSlots, kBindValues (and kBindPacked) as materialTexel(), slotTexel(), valueTexel(), packedTexel().
+
+struct SlotAddress {
+    uint offset, flags, gradient;
+    TexelWeights texels;
+};
+
+// The texels slot `kind` of `material` is read from at the texture coordinates.
+SlotAddress slotAddress(uint material, uint kind, vec2 uv0, vec2 uv1) {
+    const uint at = (material * kSlotsPerMaterial + kind) * kSlotTexels;
+    const uvec4 head = slotTexel(at);
+    const uvec4 tail = slotTexel(at + 2);
+    SlotAddress a;
+    a.offset = head.x;
+    a.flags = head.w;
+    a.gradient = tail.z;
+    a.texels = TexelWeights(uvec4(0), vec4(1, 0, 0, 0));
+    if (kTextures && head.y * head.z > 1) {
+        const vec4 m = uintBitsToFloat(slotTexel(at + 1));
+        const vec2 uv = kTexcoord1 && (head.w & kSlotTexcoord1) != 0 ? uv1 : uv0;
+        const vec2 moved = vec2(m.x * uv.x + m.z * uv.y, m.y * uv.x + m.w * uv.y) + uintBitsToFloat(tail.xy);
+        a.texels = texelWeights(moved, head.y, head.z, head.w & kSlotWrapUMask, (head.w >> kSlotWrapVShift) & 3u, (head.w & kSlotNearest) != 0);
+    }
+    return a;
+}
+
+float srgbToLinear(float e) { return e <= 0.04045 ? e / 12.92 : pow((e + 0.055) / 1.055, 2.4); }
+
+vec3 packedValue(uint at, SlotAddress a, uint texel) {
+    vec3 c = unpackUnorm4x8(packedTexel(a.offset + texel)).xyz;
+    if ((a.flags & kSlotSrgb) != 0) c = vec3(srgbToLinear(c.x), srgbToLinear(c.y), srgbToLinear(c.z));
+    return uintBitsToFloat(slotTexel(at + 3)).xyz * c + uintBitsToFloat(slotTexel(at + 4)).xyz;
+}
+
+float scalarValue(uint offset, uint index) { return valueTexel(offset + (index >> 2))[index & 3u]; }
+
+// Interpolated value; scalar slots fill all three channels. `frozen`: offset of the parameter values used.
+vec3 slotValue(SlotAddress a, uint material, uint kind, uint frozen) {
+    const uvec4 i = a.texels.index;
+    const vec4 w = a.texels.weight;
+    if (kPackedTextures && (a.flags & kSlotPacked) != 0) {
+        const uint at = (material * kSlotsPerMaterial + kind) * kSlotTexels;
+        return w.x * packedValue(at, a, i.x) + w.y * packedValue(at, a, i.y) + w.z * packedValue(at, a, i.z) + w.w * packedValue(at, a, i.w);
+    }
+    const uint o = a.offset + frozen;
+    if ((a.flags & kSlotScalar) != 0)
+        return vec3(w.x * scalarValue(o, i.x) + w.y * scalarValue(o, i.y) + w.z * scalarValue(o, i.z) + w.w * scalarValue(o, i.w));
+    return w.x * valueTexel(o + i.x).xyz + w.y * valueTexel(o + i.y).xyz + w.z * valueTexel(o + i.z).xyz + w.w * valueTexel(o + i.w).xyz;
+}
+
+vec3 textureValue(uint material, uint kind, vec2 uv0, vec2 uv1, uint frozen) {
+    return slotValue(slotAddress(material, kind, uv0, uv1), material, kind, frozen);
+}

@@ -1,0 +1,13 @@
+// Where the words of a vertex's derivative record stand; the planes of absent features take no room (shaders/shared/tape.h).
+#include "shared/tape.h"
+const uint kPlaneMaterial = 0;
+const uint kPlaneUv0 = 1;
+const uint kPlaneUv1 = 3;
+const uint kPlaneThroughput = kPlaneUv1 + (kTexcoord1 ? 2u : 0u);
+const uint kPlaneEmissionWeight = kPlaneThroughput + (kReverse ? kTapeThroughput : 0u);
+const uint kPlaneLight = kPlaneEmissionWeight + (kDiffLight ? kTapeEmissionWeight : 0u); // material, uv0, radiance factor, (uv1)
+const uint kPlaneBaseColor = kPlaneLight + (kDiffLight ? kTapeLight + (kTexcoord1 ? 2u : 0u) : 0u);
+const uint kPlaneRoughness = kPlaneBaseColor + (kDiffBaseColor ? kTapeSlot : 0u);
+const uint kPlaneMetallic = kPlaneRoughness + (kDiffRoughness ? kTapeSlot : 0u);
+const uint kPlaneSpecular = kPlaneMetallic + (kDiffMetallic ? kTapeSlot : 0u);
+const uint kPlaneNormal = kPlaneSpecular + (kDiffSpecular ? kTapeSlot : 0u);

@@ -1,0 +1,86 @@
+// What the backward scan does with a vertex's derivative record: forward mode contracts it with the direction, reverse mode adds it to
+// the gradient sums. Expects tape[], directionAt(), addGradient() and push.
+
+float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tape[plane * push.count + slot]); }
+vec2 tapeGet2(uint slot, uint plane) { return vec2(tapeGet(slot, plane), tapeGet(slot, plane + 1)); }
+vec3 tapeGet3(uint slot, uint plane) { return vec3(tapeGet(slot, plane), tapeGet(slot, plane + 1), tapeGet(slot, plane + 2)); }
+
+vec3 finiteDerivative(vec3 g) {
+    if (!any(isnan(g)) && !any(isinf(g))) return g;
+    atomicAdd(statistics[kDroppedDerivative], 1);
+    return vec3(0);
+}
+
+// `value`: derivative of each channel with respect to the same channel of a colour read through `a`.
+vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale) {
+    value = finiteDerivative(value);
+    if (kReverse) {
+        const vec3 g = reach * value;
+        for (uint k = 0; k < 4; ++k)
+            if (a.texels.weight[k] != 0.0)
+                for (uint c = 0; c < 3; ++c) addGradient(a.gradient + 3 * a.texels.index[k] + c, a.texels.weight[k] * g[c], scale);
+        return vec3(0);
+    }
+    vec3 along = vec3(0);
+    for (uint k = 0; k < 4; ++k)
+        if (a.texels.weight[k] != 0.0)
+            for (uint c = 0; c < 3; ++c) along[c] += a.texels.weight[k] * directionAt(a.gradient + 3 * a.texels.index[k] + c);
+    return value * along;
+}
+
+// `value`: derivative of the three channels with respect to one number read through `a`.
+vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach) {
+    value = finiteDerivative(value);
+    float along = 0.0;
+    const float g = dot(reach, value);
+    for (uint k = 0; k < 4; ++k) {
+        if (a.texels.weight[k] == 0.0) continue;
+        const uint entry = a.gradient + stride * a.texels.index[k] + component;
+        if (kReverse) addGradient(entry, a.texels.weight[k] * g, batch.surfaceScale);
+        else along += a.texels.weight[k] * directionAt(entry);
+    }
+    return value * along;
+}
+
+// dN_i V + dw_i X of one slot.
+vec3 slotDerivative(uint slot, uint plane, uint lightPlane, vec3 incident, float visible) {
+    return tapeGet3(slot, plane) * incident + visible * tapeGet3(slot, lightPlane);
+}
+
+// Sum over the slots of the surface: T_i without what comes from further along the path.
+vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach) {
+    vec3 sum = vec3(0);
+    const uint asked = materialTexel(material * kMaterialTexels + 1).w >> kDifferentiatedShift;
+    if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0)
+        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible), reach,
+                         batch.surfaceScale);
+    if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0)
+        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible), 1, 0, reach);
+    if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
+        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible), 1, 0, reach);
+    if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0)
+        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible), 1, 0, reach);
+    if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
+        const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);
+        for (uint c = 0; c < 3; ++c)
+            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible), 3, c, reach);
+    }
+    return sum;
+}
+
+// Emission that reaches the vertex with `factor`: of a material, or of the environment at map coordinates uv0.
+vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach) {
+    SlotAddress a;
+    if (material == kNone) {
+        if (!kDiffEnvironment) return vec3(0);
+        a.offset = 0;
+        a.flags = 0;
+        a.gradient = scene.environment.gradient;
+        a.texels = environmentTexelWeights(uv0, scene.environment.width, scene.environment.height);
+    } else {
+        if (!kDiffEmission) return vec3(0);
+        a = slotAddress(material, kSlotEmission, uv0, uv1);
+    }
+    if (a.gradient == kNone) return vec3(0);
+    return colorTerm(a, factor, reach, batch.emissionScale);
+}

@@ -1,0 +1,103 @@
+// Derivatives of one scattering decision with respect to the values its slots hold at this point, and their record on the tape.
+// Expects tape[], nextTape[] and push.
+
+struct SlotDerivatives {
+    vec3 baseColor; // of each channel with respect to the same channel
+    vec3 roughness, metallic, specular;
+    vec3 normalX, normalY, normalZ; // with respect to the looked-up tangent-space vector
+};
+
+SlotDerivatives noSlotDerivatives() { return SlotDerivatives(vec3(0), vec3(0), vec3(0), vec3(0), vec3(0), vec3(0), vec3(0)); }
+
+void scaleSlotDerivatives(INOUT(SlotDerivatives) d, vec3 s) {
+    d.baseColor *= s;
+    d.roughness *= s;
+    d.metallic *= s;
+    d.specular *= s;
+    d.normalX *= s;
+    d.normalY *= s;
+    d.normalZ *= s;
+}
+
+bool anySlotDerivative(SlotDerivatives d) {
+    const vec3 sum = abs(d.baseColor) + abs(d.roughness) + abs(d.metallic) + abs(d.specular) + abs(d.normalX) + abs(d.normalY) + abs(d.normalZ);
+    return any(greaterThan(sum, vec3(0)));
+}
+
+// f |cos| and its derivatives; slots of this material nobody asked for stay zero.
+vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 wo, vec3 wi, OUT(SlotDerivatives) d) {
+    BsdfDerivatives b;
+    const vec3 f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, b);
+    const uint asked = m.flags >> kDifferentiatedShift;
+    d = noSlotDerivatives();
+    if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0) d.baseColor = b.baseColor * m.colorFactor;
+    if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0) d.roughness = b.roughness;
+    if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0) d.metallic = b.metallic;
+    if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0) d.specular = b.specular;
+    if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
+        // n = frame t / |t|: df/dt = (1 - t t^T / |t|^2) frame^T df/dn / |t|.
+        const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, kFrozen ? scene.frozenTexels : 0);
+        const float inverseLength = inversesqrt(max(dot(raw, raw), 1e-20));
+        const vec3 t = raw * inverseLength;
+        const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
+        const mat3 frame = tangentFrame(p, second);
+        const vec3 x = frame[0].x * b.normalX + frame[0].y * b.normalY + frame[0].z * b.normalZ;
+        const vec3 y = frame[1].x * b.normalX + frame[1].y * b.normalY + frame[1].z * b.normalZ;
+        const vec3 z = frame[2].x * b.normalX + frame[2].y * b.normalY + frame[2].z * b.normalZ;
+        const vec3 radial = t.x * x + t.y * y + t.z * z;
+        d.normalX = (x - t.x * radial) * inverseLength;
+        d.normalY = (y - t.y * radial) * inverseLength;
+        d.normalZ = (z - t.z * radial) * inverseLength;
+    }
+    return f;
+}
+
+void tapePut(uint slot, uint plane, float value) { tape[plane * push.count + slot] = floatBitsToUint(value); }
+
+void tapePut3(uint slot, uint plane, vec3 value) {
+    tapePut(slot, plane, value.x);
+    tapePut(slot, plane + 1, value.y);
+    tapePut(slot, plane + 2, value.z);
+}
+
+void tapeSurface(uint slot, uint material, vec2 uv0, vec2 uv1) {
+    tape[kPlaneMaterial * push.count + slot] = material;
+    tapePut(slot, kPlaneUv0, uv0.x);
+    tapePut(slot, kPlaneUv0 + 1, uv0.y);
+    if (kTexcoord1) {
+        tapePut(slot, kPlaneUv1, uv1.x);
+        tapePut(slot, kPlaneUv1 + 1, uv1.y);
+    }
+}
+
+// part 0: the drawn direction, dw_i; part 1: the light sample, dN_i before visibility.
+void tapeSlotDerivatives(uint slot, uint part, SlotDerivatives d) {
+    if (kDiffBaseColor) tapePut3(slot, kPlaneBaseColor + 3 * part, d.baseColor);
+    if (kDiffRoughness) tapePut3(slot, kPlaneRoughness + 3 * part, d.roughness);
+    if (kDiffMetallic) tapePut3(slot, kPlaneMetallic + 3 * part, d.metallic);
+    if (kDiffSpecular) tapePut3(slot, kPlaneSpecular + 3 * part, d.specular);
+    if (kDiffNormal) {
+        tapePut3(slot, kPlaneNormal + 9 * part, d.normalX);
+        tapePut3(slot, kPlaneNormal + 9 * part + 3, d.normalY);
+        tapePut3(slot, kPlaneNormal + 9 * part + 6, d.normalZ);
+    }
+}
+
+void tapeLight(uint slot, bool valid, LightSample light, vec3 factor) {
+    tape[kPlaneLight * push.count + slot] = light.material;
+    tapePut(slot, kPlaneLight + 1, light.uv0.x);
+    tapePut(slot, kPlaneLight + 2, light.uv0.y);
+    tapePut3(slot, kPlaneLight + 3, valid ? factor : vec3(0));
+    if (kTexcoord1) {
+        tapePut(slot, kPlaneLight + 6, light.uv1.x);
+        tapePut(slot, kPlaneLight + 7, light.uv1.y);
+    }
+}
+
+// b of the vertex the ray will reach: b_{i+1} = b_i w_i; b_1 = 1.
+void tapeThroughput(uint slot, uint child, vec3 weight) {
+    vec3 b = weight;
+    if (push.bounce > 0)
+        for (uint c = 0; c < 3; ++c) b[c] *= uintBitsToFloat(tape[(kPlaneThroughput + c) * push.count + slot]);
+    for (uint c = 0; c < 3; ++c) nextTape[(kPlaneThroughput + c) * push.count + child] = floatBitsToUint(b[c]);
+}

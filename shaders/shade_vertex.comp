@@ -1,0 +1,183 @@
+// One vertex of every path: emission found, one light sample, one drawn direction; leaves the local factors on the tape.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#include "scene/features.glsl"
+#include "scene/buffers.glsl"
+#include "shared/film.h"
+#include "lib/physics.glsl"
+#include "lib/dispatch.glsl"
+#include "scene/geometry.glsl"
+#include "scene/slots.glsl"
+#include "scene/materials.glsl"
+#include "scene/environment.glsl"
+#include "scene/lights.glsl"
+#include "scene/tape_planes.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BouncePush push; };
+layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
+layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
+layout(binding = kBindHits, scalar) readonly buffer Hits { Hit hits[]; };
+layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
+layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
+layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
+layout(binding = kBindTape, scalar) buffer Tape { uint tape[]; };
+layout(binding = kBindNextTape, scalar) writeonly buffer NextTape { uint nextTape[]; };
+layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
+layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
+#include "scene/tape_write.glsl"
+
+// One atomic a subgroup; places are handed out in any order, results do not depend on it.
+uint allocateRay(bool wanted) {
+    const uvec4 votes = subgroupBallot(wanted);
+    uint first = 0;
+    if (subgroupElect()) first = atomicAdd(counts[push.bounce + 1].rays, subgroupBallotBitCount(votes));
+    return wanted ? subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes) : kNone;
+}
+
+uint allocateShadowRay(bool wanted) {
+    const uvec4 votes = subgroupBallot(wanted);
+    uint first = 0;
+    if (subgroupElect()) first = atomicAdd(counts[push.bounce].shadowRays, subgroupBallotBitCount(votes));
+    return wanted ? subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes) : kNone;
+}
+
+bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
+
+// Drops what is not a number, and says so in the statistics.
+vec3 keepFinite(vec3 v, uint counter) {
+    if (isFinite(v)) return v;
+    atomicAdd(statistics[counter], 1);
+    return vec3(0);
+}
+
+// MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`.
+float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : misWeight(drawn, light); }
+
+void shadeEscaped(uint slot, Ray ray) {
+    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
+    if (kEnvironment) {
+        const vec2 uv = environmentUv(toEnvironment(scene.environment, ray.direction));
+        float weight = 1.0;
+        if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
+        v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
+        tapeSurface(slot, kNone, uv, vec2(0));
+        if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
+    } else if (kDerivatives) {
+        tapeSurface(slot, kNone, vec2(0), vec2(0));
+        if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, 0.0);
+    }
+    vertices[slot] = v;
+    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0);
+}
+
+// The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
+bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, vec3 wo, vec3 u,
+                  OUT(vec3) direct, OUT(LightSample) light) {
+    direct = vec3(0);
+    light = sampleLight(scene, p.position, u);
+    bool wanted = false;
+    vec3 factor = vec3(0); // N_i / L_e
+    SlotDerivatives d = noSlotDerivatives();
+    vec3 radiance = vec3(0);
+    if (light.density > 0.0) {
+        const float weight = light.extended ? misWeight(light.density, bsdfPdf(sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
+        const float scale = weight / light.density;
+        radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
+        if (kDiffSurface && differentiated)
+            factor = scale * scatterDerivatives(p, value, wo, light.direction, d);
+        else
+            factor = scale * bsdfCos(value.surface, value.normal, wo, light.direction);
+        factor = keepFinite(factor, kDroppedRadiance);
+        direct = keepFinite(factor * radiance, kDroppedRadiance);
+        wanted = any(notEqual(direct, vec3(0)));
+        if (kDiffSurface && differentiated) {
+            scaleSlotDerivatives(d, scale * radiance);
+            wanted = wanted || anySlotDerivative(d);
+        }
+        if (kDiffLight) wanted = wanted || any(notEqual(factor, vec3(0)));
+    }
+    if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 1, d);
+    if (kDiffLight) tapeLight(slot, wanted && light.extended, light, factor);
+    return wanted;
+}
+
+void main() {
+    const uint slot = globalIndex();
+    if (push.count == 0 || slot >= counts[push.bounce].rays) return;
+    const Ray ray = rays[slot];
+    const Hit hit = hits[slot];
+    if (hit.t < 0.0) {
+        shadeEscaped(slot, ray);
+        return;
+    }
+    const SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
+    const SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
+    SurfaceMaterial value = sampling;
+    if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
+    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & 0x2fu) != 0; // all slots but emission
+    const vec3 wo = -ray.direction;
+
+    // Emission, one-sided.
+    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
+    float emissionWeight = 0.0;
+    const float cosFace = dot(p.faceNormal, wo);
+    if (kEmission && (sampling.flags & kMaterialEmissive) != 0 && cosFace > 0.0) {
+        emissionWeight = 1.0;
+        if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
+        const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
+        v.suffix = keepFinite(emissionWeight * radiance, kDroppedRadiance);
+    }
+    if (kDerivatives) {
+        tapeSurface(slot, p.material, p.uv0, p.uv1);
+        if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, emissionWeight);
+    }
+    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0);
+
+    const bool last = push.bounce + 1 >= kMaxDepth;
+    bool wantShadow = false, wantRay = false;
+    LightSample light;
+    vec3 wi = vec3(0, 0, 1);
+    float pdf = 0.0;
+    if (!last) {
+        const uvec2 path = paths[ray.path];
+        const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, 0u, push.bounce);
+        if (kLightSampling && scene.lights > 0)
+            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, wo, sampleSet(key, kSetLight).xyz, v.direct, light);
+        else if (kDiffSurface && differentiated)
+            tapeSlotDerivatives(slot, 1, noSlotDerivatives());
+        if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
+
+        // The drawn direction.
+        SlotDerivatives d = noSlotDerivatives();
+        if (sampleBsdf(sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter).xyz, wi)) {
+            pdf = bsdfPdf(sampling.surface, sampling.normal, wo, wi);
+            if (pdf > 0.0) {
+                if (kDiffSurface && differentiated) {
+                    v.weight = scatterDerivatives(p, value, wo, wi, d) / pdf;
+                    scaleSlotDerivatives(d, vec3(1.0 / pdf));
+                } else {
+                    v.weight = bsdfCos(value.surface, value.normal, wo, wi) / pdf;
+                }
+                v.weight = keepFinite(v.weight, kDroppedRadiance);
+                // A black albedo ends no path whose derivative lives.
+                wantRay = any(notEqual(v.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+            }
+        }
+        if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
+    }
+
+    v.child = allocateRay(wantRay);
+    if (wantRay) {
+        nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
+        if (kReverse) tapeThroughput(slot, v.child, v.weight);
+    }
+    v.shadow = allocateShadowRay(wantShadow);
+    if (wantShadow) {
+        const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);
+        shadowRays[v.shadow] = ShadowRay(origin, light.distance * (1.0 - 1e-4), light.direction, slot);
+    }
+    vertices[slot] = v;
+}

@@ -1,0 +1,29 @@
+// One batch: a run of consecutive samples in pixel order, small enough for the pools.
+#ifndef CMPG_SHARED_BATCH
+#define CMPG_SHARED_BATCH
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+struct Batch {
+    uvec2 seed; // low, high word
+    uint step;
+    uint pass;
+
+    uint firstPixel; // row-major index in the image
+    uint firstSample; // index of the batch's first sample within that pixel
+    uint pixels; // pixels the batch touches; the last may continue in the next batch
+    uint paths;
+
+    uint width, height;
+    // Gradient sums are integers in units of 2^-k, x y = 2^k (two factors, since 2^k may exceed what a float holds).
+    vec2 surfaceScale; // of slots that scatter
+    vec2 emissionScale; // of slots that emit
+
+    // A ray through image-plane point (x, y) in [-1,1]^2, y up: origin + (x right + y up) with direction `forward` when orthographic,
+    // else from origin along x right + y up + forward.
+    uint orthographic;
+    vec3 cameraOrigin, cameraRight, cameraUp, cameraForward;
+};
+
+CMPG_SHARED_END
+#endif

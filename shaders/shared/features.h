@@ -1,0 +1,42 @@
+// What a kernel is specialised for: the ids of the specialization constants, in the order of FeatureSet::constants().
+#ifndef CMPG_SHARED_FEATURES
+#define CMPG_SHARED_FEATURES
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+CMPG_CONST kFeatureMode = 0; // kModeRender, kModeForward, kModeReverse
+CMPG_CONST kFeatureDifferentiated = 1; // bit per slot kind; bit kSlotsPerMaterial: environment radiance
+CMPG_CONST kFeatureDiffuse = 2; // some material has a diffuse lobe
+CMPG_CONST kFeatureSpecular = 3;
+CMPG_CONST kFeatureTextures = 4; // some slot that is read is textured
+CMPG_CONST kFeaturePackedTextures = 5;
+CMPG_CONST kFeatureNormalMaps = 6;
+CMPG_CONST kFeatureVertexNormals = 7;
+CMPG_CONST kFeatureTexcoord1 = 8;
+CMPG_CONST kFeatureColors = 9;
+CMPG_CONST kFeatureTangents = 10;
+CMPG_CONST kFeatureAlphaMask = 11;
+CMPG_CONST kFeatureEmission = 12; // some material emits
+CMPG_CONST kFeatureEnvironment = 13;
+CMPG_CONST kFeatureTriangleLights = 14; // light sampling of ...
+CMPG_CONST kFeaturePunctualLights = 15;
+CMPG_CONST kFeatureEnvironmentLight = 16;
+CMPG_CONST kFeatureSobol = 17;
+CMPG_CONST kFeatureFrozen = 18; // f is evaluated with a second set of values
+CMPG_CONST kFeatureLayers = 19; // first-hit features are written
+CMPG_CONST kFeatureMaxDepth = 20;
+CMPG_CONST kFeatureThreads = 21; // threads of a CPU driver's static work split, 1 on a GPU
+CMPG_CONST kFeatureCount = 22;
+
+CMPG_CONST kModeRender = 0;
+CMPG_CONST kModeForward = 1;
+CMPG_CONST kModeReverse = 2;
+
+// Dimension sets of one path vertex's random numbers; each is a 4-D point of its own.
+CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
+CMPG_CONST kSetScatter = 1; // direction x, y, lobe, (technique)
+CMPG_CONST kSetLight = 2; // light, x, y
+CMPG_CONST kSetsPerBounce = 3;
+
+CMPG_SHARED_END
+#endif

@@ -1,0 +1,25 @@
+// What the film keeps of a pixel, and what a sample says about its first hit.
+#ifndef CMPG_SHARED_FILM
+#define CMPG_SHARED_FILM
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+// Compensated sum over the samples of a pixel, in sample order (Neumaier).
+// Samples of one pixel that one batch may hold: a loop over them must stay far from the 65 535 iterations after which some drivers stop.
+CMPG_CONST kMaxPixelSamples = 16384;
+
+struct FilmPixel {
+    vec3 sum;
+    vec3 compensation;
+};
+
+// First-hit features of one path; of a pixel: their sums.
+struct LayerSample {
+    vec3 normal;
+    float depth;
+    vec3 albedo;
+    float hit; // 1 when a surface was hit
+};
+
+CMPG_SHARED_END
+#endif

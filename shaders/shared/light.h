@@ -1,0 +1,38 @@
+// Lights as the kernels sample them. One entry each: emissive triangles, punctual lights, then the environment.
+#ifndef CMPG_SHARED_LIGHT
+#define CMPG_SHARED_LIGHT
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+CMPG_CONST kLightTriangle = 0;
+CMPG_CONST kLightPoint = 1;
+CMPG_CONST kLightSpot = 2;
+CMPG_CONST kLightDirectional = 3;
+CMPG_CONST kLightEnvironment = 4;
+
+struct GpuLight {
+    uint kind;
+    uint triangle; // in BVH order; emissive triangles only
+    float probability; // of being selected
+    float cumulative; // sum of the probabilities up to and including this one; exactly 1 for the last
+    vec3 position;
+    float range; // 0 = unlimited
+    vec3 direction; // the light travels along it
+    float innerCos;
+    vec3 intensity;
+    float outerCos;
+};
+CMPG_CONST kLightTexels = 4;
+
+// The environment map for sampling: cells between neighbouring texel centres, W x (H - 1) of them.
+struct EnvironmentInfo {
+    uint width, height; // of the map; 0 without environment
+    uint texels; // first value among the parameter values, in floats
+    uint gradient; // first gradient entry, kNone when not differentiated
+    float cosRotation, sinRotation;
+    float probability; // of being selected among the lights
+    uint reserved;
+};
+
+CMPG_SHARED_END
+#endif

@@ -1,0 +1,62 @@
+// Materials and their slots as the kernels read them: texels of four 32-bit words.
+#ifndef CMPG_SHARED_MATERIAL
+#define CMPG_SHARED_MATERIAL
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+CMPG_CONST kSlotBaseColor = 0;
+CMPG_CONST kSlotRoughness = 1;
+CMPG_CONST kSlotMetallic = 2;
+CMPG_CONST kSlotSpecular = 3;
+CMPG_CONST kSlotEmission = 4;
+CMPG_CONST kSlotNormal = 5;
+CMPG_CONST kSlotsPerMaterial = 6;
+
+// Constant slots are read from here in two or three fetches; textured ones through their GpuSlot.
+struct GpuMaterial {
+    vec3 baseColor;
+    float roughness;
+    float metallic;
+    float specular;
+    float ior;
+    uint flags;
+    vec3 specularColor;
+    float alphaCutoff;
+    vec3 emission;
+    uint alphaSlot; // kNone without alpha mask
+};
+CMPG_CONST kMaterialTexels = 4;
+
+// GpuMaterial::flags: bit k: slot k is textured; bit 8 + k: slot k is differentiated; and:
+CMPG_CONST kMaterialEmissive = 0x10000u;
+CMPG_CONST kMaterialAlphaMask = 0x20000u;
+CMPG_CONST kDifferentiatedShift = 8;
+
+// Where a slot's values live and how a surface point finds them.
+struct GpuSlot {
+    uint offset; // of the first value: in floats, or in 32-bit words when packed
+    uint width, height;
+    uint flags;
+    vec4 uvMatrix; // u' = x u + z v + translation.x, v' = y u + w v + translation.y
+    vec2 uvTranslation;
+    uint gradient; // first entry among the gradient sums; kNone when not differentiated
+    uint reserved;
+    vec4 packedScale; // value = scale * decoded + bias, packed slots only
+    vec4 packedBias;
+};
+CMPG_CONST kSlotTexels = 5;
+
+// GpuSlot::flags
+CMPG_CONST kSlotWrapUMask = 3u; // 0 repeat, 1 clamp, 2 mirror
+CMPG_CONST kSlotWrapVShift = 2u;
+CMPG_CONST kSlotNearest = 16u;
+CMPG_CONST kSlotTexcoord1 = 32u;
+CMPG_CONST kSlotScalar = 64u; // one channel instead of three
+CMPG_CONST kSlotPacked = 128u; // 8 bits a channel, one texel per 32-bit word
+CMPG_CONST kSlotSrgb = 256u; // packed values are sRGB-encoded
+
+// Values of three channels take four floats each, so that one fetch reads a texel.
+CMPG_CONST kTexelFloats = 4;
+
+CMPG_SHARED_END
+#endif

@@ -1,0 +1,15 @@
+// Scene-wide facts the kernels need beside the tables.
+#ifndef CMPG_SHARED_SCENE_INFO
+#define CMPG_SHARED_SCENE_INFO
+#include "shared/light.h"
+CMPG_SHARED_BEGIN
+
+struct SceneInfo {
+    EnvironmentInfo environment;
+    uint lights; // entries of the light table
+    uint frozenMaterials, frozenTexels; // where the second set of materials and values starts
+    float environmentDistance; // any length beyond the scene
+};
+
+CMPG_SHARED_END
+#endif

@@ -1,0 +1,45 @@
+// The derivative half of the tape: planes of `capacity` words, so that neighbouring vertices' words are neighbours.
+// Which planes exist follows from the features; the host sizes the pool with tapePlanes(), the kernels address it with the same sums.
+#ifndef CMPG_SHARED_TAPE
+#define CMPG_SHARED_TAPE
+#include "shared/features.h"
+#include "shared/material.h"
+CMPG_SHARED_BEGIN
+
+CMPG_CONST kTapeSurface = 3; // material or kNone for the environment, u0, v0
+CMPG_CONST kTapeTexcoord1 = 2;
+CMPG_CONST kTapeThroughput = 3; // b_i, reverse mode only
+CMPG_CONST kTapeEmissionWeight = 1; // MIS weight of the emission found here, 0 if none is seen
+CMPG_CONST kTapeSlot = 6; // dw_i, dN_i
+CMPG_CONST kTapeNormal = 18; // the same for the three components of the tangent-space normal
+CMPG_CONST kTapeLight = 6; // material of the light, its u0, v0 and dN_i / dL_e (RGB)
+
+// Statistics counters, one uint each.
+CMPG_CONST kDroppedRadiance = 0; // non-finite light of a vertex
+CMPG_CONST kDroppedDerivative = 1; // non-finite derivative of a vertex
+CMPG_CONST kSaturatedGradient = 2; // contribution too large for the fixed-point sum
+CMPG_CONST kStatisticsRays = 3; // closest-hit rays, low word
+CMPG_CONST kStatisticsShadowRays = 4; // shadow rays, low word
+CMPG_CONST kStatisticsCount = 8;
+
+CMPG_SHARED_END
+
+#ifdef __cplusplus
+namespace cmpg::gpu {
+// Words a vertex takes in the tape of a derivative pass.
+inline uint tapePlanes(uint mode, uint differentiated, bool texcoord1) {
+    if (mode == kModeRender)
+        return 0;
+    const auto has = [&](uint slot) { return (differentiated >> slot & 1u) != 0; };
+    const uint texcoords = texcoord1 ? kTapeTexcoord1 : 0;
+    uint planes = kTapeSurface + texcoords + (mode == kModeReverse ? kTapeThroughput : 0);
+    for (const uint slot : {kSlotBaseColor, kSlotRoughness, kSlotMetallic, kSlotSpecular})
+        planes += has(slot) ? kTapeSlot : 0;
+    planes += has(kSlotNormal) ? kTapeNormal : 0;
+    if (has(kSlotEmission) || has(kSlotsPerMaterial))
+        planes += kTapeEmissionWeight + kTapeLight + texcoords;
+    return planes;
+}
+}
+#endif
+#endif

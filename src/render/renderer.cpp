@@ -1,0 +1,322 @@
+// Passes: batches of samples in pixel order, the film and the gradients they leave.
+#include "render/renderer.h"
+
+#include "base/error.h"
+#include "render/wavefront.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace cmpg {
+
+namespace {
+
+using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
+
+constexpr std::uint32_t kPilotSize = 32;  // edge of the pilot image that fixes the scale of the gradient sums
+constexpr double kGradientBits = 48;      // gradient unit = 2^-48 of the pass's expected sum of magnitudes; 2^14 of headroom above it
+
+struct PassInput {
+    View view;
+    PassKey key;
+    std::uint32_t width = 0, height = 0; // of the pixel grid, normally the view's
+    std::uint32_t spp = 0;
+    std::span<const std::uint32_t> perPixel;
+    const Image* adjoint = nullptr;
+    std::span<const float> weights;
+    glm::vec2 surfaceScale{1}, emissionScale{1};
+
+    std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
+};
+
+void placeCamera(gpu::Batch& b, const View& view) {
+    const Camera& c = *view.camera;
+    const float aspect = float(view.width) / float(view.height);
+    const float halfHeight = c.orthographic ? c.ymag : std::tan(0.5f * c.yfov);
+    const glm::mat3 axes(c.toWorld);
+    b.cameraOrigin = glm::vec3(c.toWorld[3]);
+    b.cameraRight = glm::normalize(axes[0]) * halfHeight * aspect;
+    b.cameraUp = glm::normalize(axes[1]) * halfHeight;
+    b.cameraForward = -glm::normalize(axes[2]);
+    b.orthographic = c.orthographic;
+}
+
+// 2^k in two factors a float can hold, k = bits - log2(magnitude).
+glm::vec2 fixedPointScale(double magnitude, double& unit) {
+    const int k = int(std::clamp(std::floor(kGradientBits - std::log2(std::max(magnitude, 1e-60))), -240.0, 240.0));
+    unit = std::ldexp(1.0, -k);
+    return {std::ldexp(1.0f, k / 2), std::ldexp(1.0f, k - k / 2)};
+}
+
+} // namespace
+
+struct Renderer::Impl {
+    Device& device;
+    Scene& scene;
+    RenderConfig config;
+    FeatureSet features;
+    SceneBuffers buffers;
+    std::unique_ptr<Pools> pools;
+    std::uint32_t modes = 0; // the pools are made for
+    std::map<std::pair<std::uint32_t, bool>, Wavefront> wavefronts; // by mode and layers
+    RenderStatistics statistics;
+    bool frozen = false;
+
+    Impl(Device& d, Scene& s, const RenderConfig& c)
+        : device(d), scene(s), config(c),
+          features(c.allFeatures ? allFeatures(s, c.differentiable, c.lightSampling) : analyse(s, c.differentiable, c.lightSampling)),
+          buffers(d, s, features, c.differentiable, c.frozenEvaluation) {}
+
+    Wavefront& wavefront(std::uint32_t mode, bool layers) {
+        const bool grow = !pools || !(modes >> mode & 1u) || (layers && !pools->layers);
+        if (grow) {
+            modes |= 1u << mode;
+            const bool withLayers = layers || (pools && pools->layers);
+            pools.reset();
+            pools = std::make_unique<Pools>(device, features, modes, config.maxDepth, buffers.gradientEntries(), withLayers, config.memoryBudget);
+        }
+        const auto found = wavefronts.find({mode, layers});
+        if (found != wavefronts.end())
+            return found->second;
+        FeatureSet::Pass pass;
+        pass.mode = mode;
+        pass.sobol = config.sampler == Sampler::Sobol;
+        pass.frozen = config.frozenEvaluation;
+        pass.layers = layers;
+        pass.maxDepth = config.maxDepth;
+        pass.threads = device.driverThreads();
+        Wavefront& w = wavefronts.try_emplace({mode, layers}, device, features, pass).first->second;
+        warmUp(device, w.kernels());
+        return w;
+    }
+
+    // Calls receive(pixel, film, layers) for every pixel, in order, when `film`.
+    template <class Receive> void run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
+        Wavefront& w = wavefront(mode, layers);
+        Commands commands(device);
+        w.record(commands, buffers, *pools, film);
+
+        const std::size_t pixels = std::size_t(in.width) * in.height;
+        const std::uint32_t capacity = pools->capacity;
+        std::vector<std::uint32_t> offsets;
+        std::vector<gpu::FilmPixel> tile;
+        std::vector<gpu::LayerSample> layerTile;
+        std::vector<glm::vec3> adjoint;
+        gpu::FilmPixel carry{};
+        gpu::LayerSample layerCarry{};
+        std::size_t pixel = 0;
+        std::uint32_t done = 0; // samples of `pixel` that earlier batches took
+        while (pixel < pixels) {
+            gpu::Batch batch{};
+            batch.seed = {std::uint32_t(in.key.seed), std::uint32_t(in.key.seed >> 32)};
+            batch.step = in.key.step;
+            batch.pass = in.key.pass;
+            batch.firstPixel = std::uint32_t(pixel);
+            batch.firstSample = done;
+            batch.width = in.width;
+            batch.height = in.height;
+            batch.surfaceScale = in.surfaceScale;
+            batch.emissionScale = in.emissionScale;
+            placeCamera(batch, in.view);
+            offsets.clear();
+            bool split = false; // the last pixel goes on in the next batch
+            while (pixel < pixels && !split && batch.paths < capacity && offsets.size() < capacity) {
+                const std::uint32_t left = in.samples(pixel) - done;
+                const std::uint32_t take = std::min({left, capacity - batch.paths, gpu::kMaxPixelSamples});
+                offsets.push_back(batch.paths);
+                batch.paths += take;
+                split = take < left;
+                done = split ? done + take : 0;
+                pixel += split ? 0 : 1;
+            }
+            batch.pixels = std::uint32_t(offsets.size());
+            offsets.push_back(batch.paths);
+
+            pools->batch.upload(std::as_bytes(std::span(&batch, 1)));
+            pools->pixelOffsets.uploadAll(offsets);
+            std::vector<gpu::QueueCounts> counts(config.maxDepth + 1);
+            counts[0].rays = batch.paths;
+            pools->counts.uploadAll(counts);
+            if (film) {
+                tile.assign(batch.pixels, {});
+                tile[0] = carry;
+                pools->film.uploadAll(tile);
+                if (layers) {
+                    layerTile.assign(batch.pixels, {});
+                    layerTile[0] = layerCarry;
+                    pools->layerFilm.uploadAll(layerTile);
+                }
+            }
+            if (mode == kModeReverse) {
+                adjoint.assign(batch.pixels, glm::vec3(0));
+                if (in.adjoint)
+                    for (std::size_t i = 0; i < adjoint.size(); ++i) {
+                        const std::size_t p = batch.firstPixel + i;
+                        const float weight = in.weights.empty() ? 1.0f / float(in.spp) : in.weights[p];
+                        const float* a = &in.adjoint->values[3 * p];
+                        adjoint[i] = glm::vec3(a[0], a[1], a[2]) * weight;
+                    }
+                pools->adjoint.uploadAll(adjoint);
+            }
+            commands.submitAndWait();
+            countRays();
+            if (!film)
+                continue;
+            tile = pools->film.downloadAll<gpu::FilmPixel>(batch.pixels);
+            if (layers)
+                layerTile = pools->layerFilm.downloadAll<gpu::LayerSample>(batch.pixels);
+            const std::size_t complete = batch.pixels - (split ? 1 : 0);
+            for (std::size_t i = 0; i < complete; ++i)
+                receive(batch.firstPixel + i, tile[i], layers ? layerTile[i] : gpu::LayerSample{});
+            carry = split ? tile.back() : gpu::FilmPixel{};
+            layerCarry = split && layers ? layerTile.back() : gpu::LayerSample{};
+        }
+        countDropped();
+    }
+
+    void countRays() {
+        const auto counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
+        statistics.paths += counts[0].rays;
+        for (const gpu::QueueCounts& c : counts)
+            statistics.rays += std::uint64_t(c.rays) + c.shadowRays;
+    }
+
+    void countDropped() {
+        auto counters = pools->statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
+        statistics.dropped["non-finite radiance"] += counters[gpu::kDroppedRadiance];
+        statistics.dropped["non-finite derivative"] += counters[gpu::kDroppedDerivative];
+        statistics.dropped["saturated gradient"] += counters[gpu::kSaturatedGradient];
+        std::fill(counters.begin(), counters.end(), 0u);
+        pools->statistics.uploadAll(counters);
+    }
+
+    Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
+        PassInput in;
+        in.view = view;
+        in.key = key;
+        in.width = std::uint32_t(view.width);
+        in.height = std::uint32_t(view.height);
+        in.spp = spp;
+        Image result(view.width, view.height, 3);
+        if (layers)
+            *layers = {Image(view.width, view.height, 3), Image(view.width, view.height, 1), Image(view.width, view.height, 3),
+                       Image(view.width, view.height, 1, float(spp))};
+        run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
+            const glm::dvec3 mean = (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(spp);
+            for (int c = 0; c < 3; ++c)
+                result.values[3 * pixel + c] = float(mean[c]);
+            if (!layers)
+                return;
+            const float hits = std::max(l.hit, 1.0f);
+            for (int c = 0; c < 3; ++c) {
+                layers->normal.values[3 * pixel + c] = l.normal[c] / hits;
+                layers->albedo.values[3 * pixel + c] = l.albedo[c] / hits;
+            }
+            layers->depth.values[pixel] = l.depth / hits;
+        });
+        return result;
+    }
+
+    // Mean radiance of a coarse image of the view: the same whatever the batches, the budget or the driver.
+    double pilotRadiance(const View& view, const PassKey& key) {
+        PassInput in;
+        in.view = view;
+        in.key = {key.seed, 0, 2};
+        in.width = in.height = kPilotSize;
+        in.spp = 1;
+        double sum = 0;
+        run(kModeReverse, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
+            sum += (std::abs(double(p.sum.x)) + std::abs(double(p.sum.y)) + std::abs(double(p.sum.z))) / 3;
+        });
+        const double mean = sum / (double(kPilotSize) * kPilotSize);
+        return mean > 0 ? mean : 1.0;
+    }
+};
+
+Renderer::Renderer(Device& device, Scene& scene, const RenderConfig& config) : impl_(std::make_unique<Impl>(device, scene, config)) {
+    if (config.maxDepth < 1)
+        throw Error(ExitCode::Usage, "the depth must be at least 1", "depth counts path segments", "use --max-depth 1 or more");
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
+    for (const Mode m : modes)
+        impl_->modes |= 1u << std::uint32_t(m);
+    impl_->pools.reset();
+    for (const Mode m : modes)
+        impl_->wavefront(std::uint32_t(m), layers && m == Mode::Render);
+}
+
+void Renderer::setParameter(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setParameter(parameter, values); }
+
+void Renderer::setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setFrozen(parameter, values); }
+
+Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
+    return impl_->image(kModeRender, view, spp, key, layers);
+}
+
+Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                        std::span<const std::vector<float>> directions) {
+    Impl& r = *impl_;
+    r.wavefront(kModeForward, false);
+    std::vector<float> direction(r.buffers.gradientEntries(), 0.0f);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+        const auto found = std::find(r.config.differentiable.begin(), r.config.differentiable.end(), parameters[i]);
+        if (found == r.config.differentiable.end())
+            throw Error(ExitCode::Usage, r.scene.parameters[parameters[i]].name + " was not named as differentiable");
+        const std::uint64_t at = r.buffers.gradientOffset(std::size_t(found - r.config.differentiable.begin()));
+        if (directions[i].size() != r.scene.parameters[parameters[i]].entries())
+            throw Error(ExitCode::Usage, "the direction of " + r.scene.parameters[parameters[i]].name + " has the wrong number of entries");
+        std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
+    }
+    r.pools->direction.uploadAll(direction);
+    return r.image(kModeForward, view, spp, key, nullptr);
+}
+
+void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
+                       std::span<const float> weights, std::vector<std::vector<double>>& gradients) {
+    Impl& r = *impl_;
+    if (adjoint.width != view.width || adjoint.height != view.height || adjoint.channels != 3)
+        throw Error(ExitCode::Usage, "the adjoint's size differs from the view's");
+    PassInput in;
+    in.view = view;
+    in.key = key;
+    in.width = std::uint32_t(view.width);
+    in.height = std::uint32_t(view.height);
+    in.spp = spp;
+    in.perPixel = perPixel;
+    in.weights = weights;
+    in.adjoint = &adjoint;
+    const double radiance = r.pilotRadiance(view, key);
+    double adjointSum = 0;
+    for (const float a : adjoint.values)
+        adjointSum += std::abs(double(a)) / 3;
+    double surfaceUnit = 1, emissionUnit = 1;
+    in.surfaceScale = fixedPointScale(adjointSum * radiance, surfaceUnit);
+    in.emissionScale = fixedPointScale(adjointSum, emissionUnit);
+
+    const std::uint64_t entries = r.buffers.gradientEntries();
+    const std::vector<std::int64_t> zeros(std::min<std::uint64_t>(entries, 1u << 20), 0);
+    for (std::uint64_t at = 0; at < entries; at += zeros.size())
+        r.pools->gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
+    r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
+
+    gradients.resize(r.config.differentiable.size());
+    for (std::size_t i = 0; i < gradients.size(); ++i) {
+        const Parameter& p = r.scene.parameters[r.config.differentiable[i]];
+        const bool emits = p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance;
+        const double unit = emits ? emissionUnit : surfaceUnit;
+        gradients[i].resize(p.entries(), 0.0);
+        const auto sums = r.pools->gradients.downloadAll<std::int64_t>(p.entries(), 8 * r.buffers.gradientOffset(i));
+        for (std::size_t k = 0; k < sums.size(); ++k)
+            gradients[i][k] += double(sums[k]) * unit;
+    }
+}
+
+const RenderStatistics& Renderer::statistics() const { return impl_->statistics; }
+
+std::vector<std::string> Renderer::describeFeatures() const { return impl_->features.describe(); }
+
+} // namespace cmpg

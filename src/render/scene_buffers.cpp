@@ -1,0 +1,326 @@
+// Uploads a scene in the layouts of shaders/shared.
+#include "render/scene_buffers.h"
+
+#include "base/error.h"
+#include "shared/bindings.h"
+#include "shared/material.h"
+#include "shared/wavefront.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace cmpg {
+
+namespace {
+
+using Words = std::vector<std::uint32_t>;
+
+std::uint32_t texelsOf(const Parameter& p) {
+    const std::uint64_t n = std::uint64_t(p.width) * p.height;
+    return std::uint32_t(p.channels == 1 ? (n + 3) / 4 : n);
+}
+
+// Does the slot need a look-up, or does its constant stand in the material?
+bool isLookedUp(const Parameter& p, const Material* m, const FeatureSet& f) {
+    if (p.kind == SlotKind::Radiance)
+        return true;
+    if (p.kind == SlotKind::Normal)
+        return f.normalMaps && m && (m->hasNormalMap || p.entries() > p.channels);
+    return p.entries() > p.channels;
+}
+
+} // namespace
+
+SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen)
+    : device_(device), scene_(scene), features_(features), differentiable_(differentiable), hasFrozen_(frozen) {
+    for (const std::uint32_t p : differentiable_) {
+        scene_.parameters[p].materialise();
+        gradientOffsets_.push_back(gradientEntries_);
+        gradientEntries_ += scene_.parameters[p].entries();
+    }
+    for (Parameter& p : scene_.parameters)
+        if (p.entries() == p.channels || p.kind == SlotKind::Radiance)
+            p.materialise();
+    bvh_ = buildBvh(scene_.geometry);
+    uploadGeometry(device);
+    layOutValues(device);
+    uploadSlots(device);
+    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, scene_.materials.size()) * sizeof(gpu::GpuMaterial) * (hasFrozen_ ? 2 : 1),
+                        MemoryKind::Scene, Texel::Rgba32ui);
+    info_ = Buffer(device, "scene info", sizeof(gpu::SceneInfo), MemoryKind::Scene);
+    uploadMaterials(false);
+    if (hasFrozen_)
+        uploadMaterials(true);
+    uploadLights();
+}
+
+void SceneBuffers::uploadGeometry(Device& device) {
+    const Geometry& g = scene_.geometry;
+    const std::size_t count = bvh_.order.size();
+    nodes_ = Buffer(device, "bvh nodes", bvh_.nodes.size() * sizeof(bvh_.nodes[0]), MemoryKind::Scene, Texel::Rgba32ui);
+    nodes_.uploadAll(bvh_.nodes);
+
+    std::vector<glm::vec4> corners(std::max<std::size_t>(1, count) * 3, glm::vec4(0));
+    std::vector<glm::uvec4> indices(std::max<std::size_t>(1, count), glm::uvec4(0));
+    for (std::size_t i = 0; i < count; ++i) {
+        const Triangle& t = g.triangles[bvh_.order[i]];
+        const glm::vec3 v0 = g.positions[t.vertices[0]];
+        corners[3 * i] = glm::vec4(v0, 0);
+        corners[3 * i + 1] = glm::vec4(g.positions[t.vertices[1]] - v0, 0);
+        corners[3 * i + 2] = glm::vec4(g.positions[t.vertices[2]] - v0, 0);
+        indices[i] = {t.vertices[0], t.vertices[1], t.vertices[2], t.material};
+    }
+    triangles_ = Buffer(device, "triangles", corners.size() * 16, MemoryKind::Scene, Texel::Rgba32f);
+    triangles_.uploadAll(corners);
+    indices_ = Buffer(device, "triangle indices", indices.size() * 16, MemoryKind::Scene, Texel::Rgba32ui);
+    indices_.uploadAll(indices);
+
+    if (!features_.vertexNormals && !features_.textures && !features_.colors && !features_.tangents)
+        return;
+    const std::size_t stride = 2 + features_.tangents + features_.colors;
+    std::vector<glm::vec4> attributes(std::max<std::size_t>(1, g.positions.size()) * stride, glm::vec4(0));
+    for (std::size_t v = 0; v < g.positions.size(); ++v) {
+        glm::vec4* a = &attributes[v * stride];
+        const glm::vec3 n = v < g.normals.size() ? g.normals[v] : glm::vec3(0);
+        const glm::vec2 uv0 = v < g.uv0.size() ? g.uv0[v] : glm::vec2(0), uv1 = v < g.uv1.size() ? g.uv1[v] : glm::vec2(0);
+        a[0] = glm::vec4(n, uv0.x);
+        a[1] = glm::vec4(uv0.y, uv1, 0);
+        if (features_.tangents)
+            a[2] = v < g.tangents.size() ? g.tangents[v] : glm::vec4(0);
+        if (features_.colors)
+            a[stride - 1] = v < g.colors.size() ? g.colors[v] : glm::vec4(1);
+    }
+    attributes_ = Buffer(device, "vertex attributes", attributes.size() * 16, MemoryKind::Scene, Texel::Rgba32f);
+    attributes_.uploadAll(attributes);
+}
+
+void SceneBuffers::layOutValues(Device& device) {
+    places_.assign(scene_.parameters.size(), gpu::kNone);
+    std::vector<const Material*> owner(scene_.parameters.size(), nullptr);
+    const std::vector<bool> used = usedMaterials(scene_);
+    for (std::size_t m = 0; m < scene_.materials.size(); ++m)
+        if (used[m])
+            for (const std::uint32_t p : scene_.materials[m].parameters)
+                owner[p] = &scene_.materials[m];
+
+    Words packed;
+    for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i) {
+        const Parameter& p = scene_.parameters[i];
+        const bool read = owner[i] || p.kind == SlotKind::Radiance;
+        if (!read || !isLookedUp(p, owner[i], features_))
+            continue;
+        if (!p.values.empty()) {
+            places_[i] = valueTexels_;
+            valueTexels_ += texelsOf(p);
+            continue;
+        }
+        places_[i] = std::uint32_t(packed.size());
+        for (std::size_t t = 0; t < std::size_t(p.width) * p.height; ++t) {
+            std::uint32_t word = 0;
+            for (std::uint32_t c = 0; c < 3; ++c)
+                word |= std::uint32_t(p.bytes[t * p.channels + (p.channels == 3 ? c : 0)]) << (8 * c);
+            packed.push_back(word);
+        }
+    }
+    values_ = Buffer(device, "parameter values", std::uint64_t(std::max(1u, valueTexels_)) * 16 * (hasFrozen_ ? 2 : 1), MemoryKind::Parameters,
+                     Texel::Rgba32f);
+    for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i)
+        if (places_[i] != gpu::kNone && !scene_.parameters[i].values.empty()) {
+            writeValues(i, scene_.parameters[i].values, 0);
+            if (hasFrozen_)
+                writeValues(i, scene_.parameters[i].values, valueTexels_);
+        }
+    for (const AlphaTexture& a : scene_.alphaTextures)
+        packed.insert(packed.end(), a.alpha.begin(), a.alpha.end());
+    if (!packed.empty()) {
+        packed_ = Buffer(device, "packed textures", packed.size() * 4, MemoryKind::Scene, Texel::R32ui);
+        packed_.uploadAll(packed);
+    }
+}
+
+void SceneBuffers::writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base) {
+    const Parameter& p = scene_.parameters[parameter];
+    std::vector<float> texels(std::size_t(texelsOf(p)) * 4, 0.0f);
+    if (p.channels == 1)
+        std::copy(values.begin(), values.end(), texels.begin());
+    else
+        for (std::size_t t = 0; t < values.size() / 3; ++t)
+            std::copy_n(values.begin() + std::ptrdiff_t(3 * t), 3, texels.begin() + std::ptrdiff_t(4 * t));
+    values_.uploadAll(texels, std::uint64_t(places_[parameter] + base) * 16);
+}
+
+void SceneBuffers::uploadSlots(Device& device) {
+    std::vector<gpu::GpuSlot> slots(scene_.materials.size() * gpu::kSlotsPerMaterial + scene_.alphaTextures.size());
+    const auto sampling = [](const auto& t) {
+        return std::uint32_t(t.wrapU) | std::uint32_t(t.wrapV) << gpu::kSlotWrapVShift | (t.nearest ? gpu::kSlotNearest : 0) |
+               (t.texcoord == 1 ? gpu::kSlotTexcoord1 : 0);
+    };
+    const auto place = [](gpu::GpuSlot& s, const glm::mat3x2& m) {
+        s.uvMatrix = {m[0].x, m[0].y, m[1].x, m[1].y};
+        s.uvTranslation = m[2];
+    };
+    for (std::size_t m = 0; m < scene_.materials.size(); ++m)
+        for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+            const std::uint32_t index = scene_.materials[m].parameters[k];
+            const Parameter& p = scene_.parameters[index];
+            gpu::GpuSlot& s = slots[m * gpu::kSlotsPerMaterial + k];
+            s.offset = places_[index];
+            s.width = p.width;
+            s.height = p.height;
+            s.flags = sampling(p) | (p.channels == 1 ? gpu::kSlotScalar : 0) | (p.values.empty() ? gpu::kSlotPacked : 0) | (p.srgb ? gpu::kSlotSrgb : 0);
+            place(s, p.uvTransform);
+            const auto found = std::find(differentiable_.begin(), differentiable_.end(), index);
+            s.gradient = found == differentiable_.end() ? gpu::kNone : std::uint32_t(gradientOffsets_[std::size_t(found - differentiable_.begin())]);
+            s.packedScale = glm::vec4(p.scale, 0);
+            s.packedBias = glm::vec4(p.bias, 0);
+        }
+    std::uint32_t at = std::uint32_t(packed_ ? packed_.size() / 4 : 0);
+    for (std::size_t i = scene_.alphaTextures.size(); i-- > 0;)
+        at -= std::uint32_t(scene_.alphaTextures[i].alpha.size());
+    for (std::size_t i = 0; i < scene_.alphaTextures.size(); ++i) {
+        const AlphaTexture& a = scene_.alphaTextures[i];
+        gpu::GpuSlot& s = slots[scene_.materials.size() * gpu::kSlotsPerMaterial + i];
+        s.offset = at;
+        s.width = a.width;
+        s.height = a.height;
+        s.flags = sampling(a) | gpu::kSlotScalar | gpu::kSlotPacked;
+        place(s, a.uvTransform);
+        s.gradient = gpu::kNone;
+        s.packedScale = glm::vec4(1);
+        at += std::uint32_t(a.alpha.size());
+    }
+    slots_ = Buffer(device, "material slots", std::max<std::size_t>(1, slots.size()) * sizeof(gpu::GpuSlot), MemoryKind::Scene, Texel::Rgba32ui);
+    slots_.uploadAll(slots);
+}
+
+void SceneBuffers::uploadMaterials(bool frozen) {
+    std::vector<gpu::GpuMaterial> materials(scene_.materials.size());
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        const Material& m = scene_.materials[i];
+        gpu::GpuMaterial& out = materials[i];
+        const auto values = [&](SlotKind kind) -> glm::vec3 {
+            const std::uint32_t index = m.parameters[std::size_t(kind)];
+            const Parameter& p = scene_.parameters[index];
+            const auto other = frozen_.find(index);
+            const std::vector<float>& v = frozen && other != frozen_.end() ? other->second : p.values;
+            if (v.empty() || p.entries() > p.channels)
+                return glm::vec3(0);
+            return p.channels == 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0]);
+        };
+        out.baseColor = values(SlotKind::BaseColor);
+        out.roughness = values(SlotKind::Roughness).x;
+        out.metallic = values(SlotKind::Metallic).x;
+        out.specular = values(SlotKind::Specular).x;
+        out.emission = values(SlotKind::Emission);
+        out.ior = m.ior;
+        out.specularColor = m.specularColor;
+        out.alphaCutoff = m.alphaFactor > 0 ? m.alphaCutoff / m.alphaFactor : 2.0f;
+        out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u
+                            ? std::uint32_t(scene_.materials.size()) * gpu::kSlotsPerMaterial + m.alphaTexture
+                            : gpu::kNone;
+        for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+            const Parameter& p = scene_.parameters[m.parameters[k]];
+            const bool differentiated = std::find(differentiable_.begin(), differentiable_.end(), m.parameters[k]) != differentiable_.end();
+            out.flags |= isLookedUp(p, &m, features_) ? 1u << k : 0;
+            out.flags |= differentiated ? 1u << (gpu::kDifferentiatedShift + k) : 0;
+        }
+        const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
+        const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
+        out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0);
+    }
+    materials_.uploadAll(materials, frozen ? materials.size() * sizeof(gpu::GpuMaterial) : 0);
+}
+
+void SceneBuffers::uploadLights() {
+    const LightDistribution d = buildLights(scene_, bvh_, differentiable_);
+    hasLight_ = !d.lights.empty();
+    // A parameter update can add or remove lights only when its scene has emitters in the first place; sizes are upper bounds.
+    const auto put = [&](Buffer& buffer, const char* name, const auto& v, Texel texel) {
+        const std::uint64_t bytes = v.size() * sizeof(v[0]);
+        if (v.empty())
+            return;
+        if (!buffer || buffer.size() < bytes)
+            buffer = Buffer(device_, name, bytes, MemoryKind::Scene, texel);
+        buffer.uploadAll(v);
+    };
+    put(lights_, "lights", d.lights, Texel::Rgba32ui);
+    put(lightDensity_, "light density", d.triangleDensity, Texel::R32f);
+    put(environmentCdf_, "environment distribution", d.environmentCdf, Texel::R32f);
+
+    gpu::SceneInfo info{};
+    info.lights = std::uint32_t(d.lights.size());
+    info.frozenMaterials = hasFrozen_ ? std::uint32_t(scene_.materials.size()) : 0;
+    info.frozenTexels = hasFrozen_ ? valueTexels_ : 0;
+    info.environment.gradient = gpu::kNone;
+    if (scene_.environment) {
+        const Parameter& p = scene_.parameters[scene_.environment->parameter];
+        info.environment.width = p.width;
+        info.environment.height = p.height;
+        info.environment.texels = places_[scene_.environment->parameter];
+        info.environment.cosRotation = std::cos(scene_.environment->rotation);
+        info.environment.sinRotation = std::sin(scene_.environment->rotation);
+        info.environment.probability = d.environmentProbability;
+        for (std::size_t i = 0; i < differentiable_.size(); ++i)
+            if (differentiable_[i] == scene_.environment->parameter)
+                info.environment.gradient = std::uint32_t(gradientOffsets_[i]);
+    }
+    info_.upload(std::as_bytes(std::span(&info, 1)));
+}
+
+void SceneBuffers::bind(Bindings& b) const {
+    b.set(gpu::kBindNodes, nodes_);
+    b.set(gpu::kBindTriangles, triangles_);
+    b.set(gpu::kBindIndices, indices_);
+    b.set(gpu::kBindAttributes, attributes_);
+    b.set(gpu::kBindMaterials, materials_);
+    b.set(gpu::kBindSlots, slots_);
+    b.set(gpu::kBindValues, values_);
+    b.set(gpu::kBindPacked, packed_);
+    b.set(gpu::kBindLights, lights_);
+    b.set(gpu::kBindLightDensity, lightDensity_);
+    b.set(gpu::kBindEnvironmentCdf, environmentCdf_);
+    b.set(gpu::kBindScene, info_);
+}
+
+void SceneBuffers::requireEntries(std::uint32_t parameter, std::size_t count) const {
+    const Parameter& p = scene_.parameters[parameter];
+    if (count != p.entries())
+        throw Error(ExitCode::Usage, p.name + " takes " + std::to_string(p.entries()) + " values, not " + std::to_string(count),
+                    "the values were made for another shape", "see `inspect` for the parameter's shape");
+}
+
+void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> values) {
+    requireEntries(parameter, values.size());
+    Parameter& p = scene_.parameters[parameter];
+    if (p.values.empty())
+        throw Error(ExitCode::Usage, p.name + " is kept in packed form and cannot change", "it was not named when the renderer was made");
+    std::copy(values.begin(), values.end(), p.values.begin());
+    if (places_[parameter] != gpu::kNone) {
+        writeValues(parameter, values, 0);
+        if (hasFrozen_ && !frozen_.contains(parameter))
+            writeValues(parameter, values, valueTexels_);
+    }
+    if (p.kind != SlotKind::Radiance) {
+        uploadMaterials(false);
+        if (hasFrozen_)
+            uploadMaterials(true);
+    }
+    if (p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance)
+        uploadLights();
+}
+
+void SceneBuffers::setFrozen(std::uint32_t parameter, std::span<const float> values) {
+    const std::vector<float>& base = scene_.parameters[parameter].values;
+    if (values.empty())
+        frozen_.erase(parameter);
+    else {
+        requireEntries(parameter, values.size());
+        frozen_[parameter].assign(values.begin(), values.end());
+    }
+    if (places_[parameter] != gpu::kNone)
+        writeValues(parameter, values.empty() ? std::span<const float>(base) : values, valueTexels_);
+    uploadMaterials(true);
+}
+
+} // namespace cmpg

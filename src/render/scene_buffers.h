@@ -1,0 +1,50 @@
+// The scene in device memory: geometry, materials, parameter values, lights. Only what the feature set needs is uploaded.
+#pragma once
+
+#include "scene/bvh.h"
+#include "scene/features.h"
+#include "scene/light_distribution.h"
+#include "shared/scene_info.h"
+#include "vk/device.h"
+
+namespace cmpg {
+
+class SceneBuffers {
+  public:
+    // `scene` outlives this and holds the current values. `differentiable`: parameters with gradient entries, laid out one after the
+    // other in this order. `frozen`: room for a second set of values.
+    SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen);
+
+    void bind(Bindings& bindings) const;
+    void setParameter(std::uint32_t parameter, std::span<const float> values);
+    // The second set of values, with which f is evaluated while sampling stays at the first. Empty: the same as the first.
+    void setFrozen(std::uint32_t parameter, std::span<const float> values);
+
+    std::uint64_t gradientEntries() const { return gradientEntries_; }
+    std::uint64_t gradientOffset(std::size_t i) const { return gradientOffsets_[i]; } // of differentiable[i]
+    bool hasLight() const { return hasLight_; }
+
+  private:
+    void uploadGeometry(Device& device);
+    void layOutValues(Device& device);
+    void writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base);
+    void uploadMaterials(bool frozen);
+    void uploadSlots(Device& device);
+    void uploadLights();
+    void requireEntries(std::uint32_t parameter, std::size_t count) const;
+
+    Device& device_;
+    Scene& scene_;
+    FeatureSet features_;
+    std::vector<std::uint32_t> differentiable_;
+    std::map<std::uint32_t, std::vector<float>> frozen_; // values that differ in the second set
+    bool hasFrozen_ = false, hasLight_ = false;
+    Bvh bvh_;
+    std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
+    std::vector<std::uint64_t> gradientOffsets_;
+    std::uint64_t gradientEntries_ = 0;
+    std::uint32_t valueTexels_ = 0;
+    Buffer nodes_, triangles_, indices_, attributes_, materials_, slots_, values_, packed_, lights_, lightDensity_, environmentCdf_, info_;
+};
+
+} // namespace cmpg

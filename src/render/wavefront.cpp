@@ -1,0 +1,161 @@
+// Pools sized by the budget, kernels specialised by the features, commands in the order of the algorithm.
+#include "render/wavefront.h"
+
+#include "base/error.h"
+#include "shared/bindings.h"
+
+#include <algorithm>
+
+namespace cmpg {
+
+namespace {
+
+using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
+
+constexpr std::uint32_t kMinCapacity = 4096;
+constexpr std::uint32_t kMaxCapacity = 1u << 18; // more brings nothing and leaves the caches
+
+struct PathBytes { // of one path, over all pools
+    std::uint64_t batch, tapeWords, bounce;
+};
+
+PathBytes pathBytes(const FeatureSet& f, std::uint32_t modes, bool layers) {
+    std::uint64_t words = 0;
+    for (const std::uint32_t mode : {kModeForward, kModeReverse})
+        if (modes >> mode & 1u)
+            words = std::max<std::uint64_t>(words, gpu::tapePlanes(mode, f.differentiated, f.texcoord1));
+    PathBytes b{};
+    b.tapeWords = words;
+    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(gpu::ShadowRay) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    b.batch += modes >> kModeReverse & 1u ? sizeof(glm::vec3) : 0;
+    b.batch += layers ? 2 * sizeof(gpu::LayerSample) : 0;
+    b.bounce = sizeof(gpu::Vertex) + sizeof(std::uint32_t) + 4 * words + (modes >> kModeForward & 1u ? sizeof(glm::vec3) : 0);
+    return b;
+}
+
+} // namespace
+
+Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, std::uint32_t depth, std::uint64_t gradientEntries, bool withLayers,
+             std::uint64_t budget)
+    : maxDepth(depth), layers(withLayers) {
+    const PathBytes b = pathBytes(features, modes, layers);
+    const std::uint64_t perPath = b.batch + depth * b.bounce;
+    std::uint64_t fits = std::min<std::uint64_t>(budget / perPath, kMaxCapacity);
+    // Every pool is bound whole, so none may exceed what a binding reaches.
+    const std::uint64_t widest = std::max<std::uint64_t>({4 * b.tapeWords, sizeof(gpu::Vertex), 1});
+    fits = std::min(fits, device.info().maxStorageBufferRange / widest);
+    if (fits < kMinCapacity)
+        throw Error(ExitCode::Usage, "a memory budget of " + std::to_string(budget >> 20) + " MiB does not hold one batch",
+                    "depth " + std::to_string(depth) + " needs " + std::to_string(perPath) + " bytes a path, at least " + std::to_string(kMinCapacity) +
+                        " paths",
+                    "raise --memory to " + std::to_string((perPath * kMinCapacity >> 20) + 1) + " MiB or lower --max-depth");
+    capacity = std::uint32_t(fits) & ~63u;
+
+    const std::uint64_t n = capacity;
+    const auto transient = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient); };
+    batch = transient("batch", sizeof(gpu::Batch));
+    pixelOffsets = transient("pixel offsets", (n + 1) * sizeof(std::uint32_t));
+    paths = transient("paths", n * sizeof(glm::uvec2));
+    film = transient("film tile", n * sizeof(gpu::FilmPixel));
+    statistics = transient("statistics", gpu::kStatisticsCount * sizeof(std::uint32_t));
+    counts = transient("queue counts", (depth + 1) * sizeof(gpu::QueueCounts));
+    for (Buffer& r : rays)
+        r = transient("rays", n * sizeof(gpu::Ray));
+    hits = transient("hits", n * sizeof(gpu::Hit));
+    shadowRays = transient("shadow rays", n * sizeof(gpu::ShadowRay));
+    if (layers) {
+        layerSamples = transient("layer samples", n * sizeof(gpu::LayerSample));
+        layerFilm = transient("layer tile", n * sizeof(gpu::LayerSample));
+    }
+    if (modes >> kModeReverse & 1u) {
+        adjoint = transient("adjoint tile", n * sizeof(glm::vec3));
+        gradients = Buffer(device, "gradient sums", gradientEntries * 8, MemoryKind::Parameters);
+    }
+    if (modes >> kModeForward & 1u)
+        direction = Buffer(device, "direction", gradientEntries * 4, MemoryKind::Parameters, Texel::R32f);
+    for (std::uint32_t i = 0; i < depth; ++i) {
+        Bounce bounce;
+        bounce.vertices = transient("vertices", n * sizeof(gpu::Vertex));
+        bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
+        if (b.tapeWords)
+            bounce.tape = transient("tape", n * 4 * b.tapeWords);
+        if (modes >> kModeForward & 1u)
+            bounce.tangents = transient("tangents", n * sizeof(glm::vec3));
+        bounces.push_back(std::move(bounce));
+    }
+}
+
+Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
+    const auto constants = features.constants(pass);
+    const std::array<std::uint32_t, 2> trace{pass.threads, 1};
+    generate_ = Kernel(device, "generate_rays", constants);
+    prepare_ = Kernel(device, "prepare_dispatch");
+    trace_ = Kernel(device, "trace_closest", trace);
+    shade_ = Kernel(device, "shade_vertex", constants);
+    shadow_ = Kernel(device, "trace_shadow", trace);
+    scan_ = Kernel(device, "scan_tape", constants);
+    gather_ = Kernel(device, "gather_film", constants);
+}
+
+std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
+
+void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
+    const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
+    const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
+    const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
+    const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
+
+    Bindings common;
+    scene.bind(common);
+    common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
+    common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
+    common.set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
+    common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction).set(gpu::kBindGradients, pools.gradients);
+    common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);
+    std::vector<Bindings> atBounce(depth, common);
+    for (std::uint32_t b = 0; b < depth; ++b) {
+        const Pools::Bounce& here = pools.bounces[b];
+        const Pools::Bounce& next = pools.bounces[std::min(b + 1, depth - 1)]; // the last bounce continues nothing
+        atBounce[b].set(gpu::kBindRays, pools.rays[b % 2]).set(gpu::kBindNextRays, pools.rays[(b + 1) % 2]);
+        atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindNextVertices, next.vertices);
+        atBounce[b].set(gpu::kBindVisibility, here.visibility);
+        atBounce[b].set(gpu::kBindTape, here.tape).set(gpu::kBindNextTape, next.tape);
+        atBounce[b].set(gpu::kBindTangents, here.tangents).set(gpu::kBindNextTangents, next.tangents);
+    }
+
+    commands.dispatch(generate_, atBounce[0], n, gpu::BouncePush{0, n});
+    commands.barrier();
+    for (std::uint32_t b = 0; b < depth; ++b) {
+        const gpu::BouncePush push{b, n};
+        commands.dispatch(prepare_, atBounce[b], 1, push); // how many rays this bounce has
+        commands.barrier();
+        commands.dispatchIndirect(trace_, atBounce[b], pools.counts, rayGroups(b), push);
+        commands.barrier();
+        commands.dispatchIndirect(shade_, atBounce[b], pools.counts, vertexGroups(b), push);
+        commands.barrier();
+        if (b + 1 == depth)
+            break; // nothing was scattered
+        commands.dispatch(prepare_, atBounce[b], 1, push); // how many light samples it left
+        commands.barrier();
+        commands.dispatchIndirect(shadow_, atBounce[b], pools.counts, shadowGroups(b), push);
+        commands.barrier();
+    }
+
+    const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
+    const std::uint64_t slice = device_.info().maxStorageBufferRange / 8 & ~std::uint64_t(255);
+    for (std::uint32_t b = depth; b-- > 0;) {
+        for (std::uint64_t first = 0; first < entries; first += slice) {
+            const std::uint64_t count = std::min(slice, entries - first);
+            Bindings bindings = atBounce[b];
+            if (pass_.mode == kModeReverse)
+                bindings.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
+            commands.dispatchIndirect(scan_, bindings, pools.counts, vertexGroups(b),
+                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
+        }
+        commands.barrier();
+    }
+    if (film)
+        commands.dispatch(gather_, atBounce[0], n, gpu::BouncePush{0, n});
+}
+
+} // namespace cmpg

@@ -1,0 +1,172 @@
+// Power-proportional light selection and the environment's two-level cumulative distribution.
+#include "scene/light_distribution.h"
+
+#include "scene/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cmpg {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+double mean(glm::vec3 rgb) { return (double(rgb.x) + rgb.y + rgb.z) / 3; }
+
+// Mean radiance over the texels and channels; packed textures are averaged in their decoded form.
+double meanValue(const Parameter& p) {
+    double sum = 0;
+    if (!p.values.empty()) {
+        for (const float v : p.values)
+            sum += v;
+        return sum / double(p.values.size());
+    }
+    Parameter copy = p;
+    copy.materialise();
+    for (const float v : copy.values)
+        sum += v;
+    return copy.values.empty() ? 0 : sum / double(copy.values.size());
+}
+
+double area(const Geometry& g, const Triangle& t) {
+    const glm::dvec3 a = g.positions[t.vertices[0]], b = g.positions[t.vertices[1]], c = g.positions[t.vertices[2]];
+    return 0.5 * glm::length(glm::cross(b - a, c - a));
+}
+
+// Cells lie between neighbouring texel centres: column i between texels i and i+1 (wrapping), row j between rows j and j+1, whose
+// polar angles are exactly pi j / (H-1). Weight = mean of the four corners times the solid angle. Returns the total.
+double environmentTables(const Parameter& p, std::vector<float>& cdf) {
+    const std::size_t w = p.width, h = p.height, rows = h - 1;
+    std::vector<double> weights(rows * w), rowSums(rows);
+    const auto texel = [&](std::size_t x, std::size_t y) {
+        const float* v = &p.values[(y * w + x % w) * 3];
+        return std::max(0.0, (double(v[0]) + v[1] + v[2]) / 3);
+    };
+    double total = 0;
+    for (std::size_t y = 0; y < rows; ++y) {
+        const double solidAngle = 2 * kPi / double(w) * (std::cos(kPi * double(y) / double(rows)) - std::cos(kPi * double(y + 1) / double(rows)));
+        for (std::size_t x = 0; x < w; ++x) {
+            const double corners = texel(x, y) + texel(x + 1, y) + texel(x, y + 1) + texel(x + 1, y + 1);
+            rowSums[y] += weights[y * w + x] = 0.25 * corners * solidAngle;
+        }
+        total += rowSums[y];
+    }
+    cdf.assign(rows + rows * w, 1.0f);
+    if (total <= 0)
+        return 0;
+    double marginal = 0;
+    for (std::size_t y = 0; y < rows; ++y) {
+        marginal += rowSums[y];
+        cdf[y] = y + 1 == rows ? 1.0f : float(marginal / total);
+        double conditional = 0;
+        for (std::size_t x = 0; x < w; ++x) {
+            conditional += weights[y * w + x];
+            const bool last = x + 1 == w;
+            cdf[rows + y * w + x] = last ? 1.0f : rowSums[y] > 0 ? float(conditional / rowSums[y]) : float(double(x + 1) / double(w));
+        }
+    }
+    return total;
+}
+
+} // namespace
+
+LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vector<std::uint32_t>& differentiable) {
+    LightDistribution result;
+    std::vector<double> powers;
+    const Geometry& g = scene.geometry;
+
+    std::vector<double> radiance(scene.materials.size());
+    double brightest = 0;
+    for (std::size_t m = 0; m < radiance.size(); ++m)
+        brightest = std::max(brightest, radiance[m] = meanValue(scene.parameters[scene.materials[m].parameters[std::size_t(SlotKind::Emission)]]));
+    for (std::size_t m = 0; m < radiance.size(); ++m) {
+        const std::uint32_t p = scene.materials[m].parameters[std::size_t(SlotKind::Emission)];
+        // Dark but differentiated: light sampling must still find it, or its derivative rests on chance hits.
+        if (std::find(differentiable.begin(), differentiable.end(), p) != differentiable.end())
+            radiance[m] = std::max({radiance[m], 0.01 * brightest, 1e-6});
+    }
+    std::vector<std::pair<std::uint32_t, double>> emissive; // light entry -> area
+    for (std::uint32_t i = 0; i < bvh.order.size(); ++i) {
+        const Triangle& t = g.triangles[bvh.order[i]];
+        if (radiance[t.material] <= 0)
+            continue;
+        gpu::GpuLight light{};
+        light.kind = gpu::kLightTriangle;
+        light.triangle = i;
+        const double a = area(g, t);
+        emissive.emplace_back(std::uint32_t(result.lights.size()), a);
+        result.lights.push_back(light);
+        powers.push_back(kPi * a * radiance[t.material]);
+    }
+
+    glm::dvec3 low(0), high(0);
+    if (!g.positions.empty()) {
+        low = high = g.positions[0];
+        for (const glm::vec3& p : g.positions) {
+            low = glm::min(low, glm::dvec3(p));
+            high = glm::max(high, glm::dvec3(p));
+        }
+    }
+    const double disc = kPi * std::max(1e-12, 0.25 * glm::dot(high - low, high - low));
+
+    for (const PunctualLight& l : scene.lights) {
+        gpu::GpuLight light{};
+        light.position = l.position;
+        light.direction = l.direction;
+        light.intensity = l.intensity;
+        light.range = l.range;
+        light.innerCos = l.innerCos;
+        light.outerCos = l.outerCos;
+        const double i = mean(l.intensity);
+        if (i <= 0)
+            continue;
+        switch (l.kind) {
+        case PunctualLight::Kind::Point:
+            light.kind = gpu::kLightPoint;
+            powers.push_back(4 * kPi * i);
+            break;
+        case PunctualLight::Kind::Spot:
+            light.kind = gpu::kLightSpot;
+            powers.push_back(2 * kPi * i * (1 - 0.5 * (double(l.innerCos) + l.outerCos)));
+            break;
+        case PunctualLight::Kind::Directional:
+            light.kind = gpu::kLightDirectional;
+            powers.push_back(disc * i);
+            break;
+        }
+        result.lights.push_back(light);
+    }
+
+    if (scene.environment) {
+        const double total = environmentTables(scene.parameters[scene.environment->parameter], result.environmentCdf);
+        if (total > 0) {
+            gpu::GpuLight light{};
+            light.kind = gpu::kLightEnvironment;
+            result.lights.push_back(light);
+            powers.push_back(disc * total);
+        }
+    }
+
+    double sum = 0;
+    for (const double p : powers)
+        sum += p;
+    double running = 0;
+    for (std::size_t i = 0; i < powers.size(); ++i) {
+        running += powers[i];
+        result.lights[i].cumulative = i + 1 == powers.size() ? 1.0f : float(running / sum);
+        // The difference of the rounded sums is what inversion really samples.
+        result.lights[i].probability = result.lights[i].cumulative - (i > 0 ? result.lights[i - 1].cumulative : 0.0f);
+    }
+    if (!result.lights.empty() && result.lights.back().kind == gpu::kLightEnvironment)
+        result.environmentProbability = result.lights.back().probability;
+    if (!emissive.empty()) {
+        result.triangleDensity.assign(bvh.order.size(), 0.0f);
+        for (const auto& [entry, a] : emissive)
+            result.triangleDensity[result.lights[entry].triangle] = float(double(result.lights[entry].probability) / a);
+    }
+    return result;
+}
+
+} // namespace cmpg

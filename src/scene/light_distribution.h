@@ -1,0 +1,20 @@
+// How light sampling picks a light and a direction of the environment: host tables, deterministic, without Vulkan.
+#pragma once
+
+#include "scene/bvh.h"
+#include "shared/light.h"
+
+namespace cmpg {
+
+struct LightDistribution {
+    std::vector<gpu::GpuLight> lights;    // selection by `cumulative`, in table order
+    std::vector<float> triangleDensity;   // per triangle in BVH order: probability per unit area; empty without emissive triangles
+    std::vector<float> environmentCdf;    // (H-1) marginal, then (H-1) x W conditional cumulative probabilities; empty without
+    float environmentProbability = 0;     // of selecting the environment
+};
+
+// Selection probability follows the emitted power (environment: over a disc of the scene's radius); an emitter whose radiance is
+// differentiated is never left out. Texture-mapped emission counts with the mean over its texture.
+LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vector<std::uint32_t>& differentiable);
+
+} // namespace cmpg

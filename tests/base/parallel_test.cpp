@@ -1,0 +1,61 @@
+// The host's thread helper: every index once, ranges that do not depend on the machine, errors that come back.
+#include "base/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+namespace cmpg {
+namespace {
+
+TEST(ParallelFor, RangesCoverEveryIndexOnce) {
+    for (const std::size_t count : {0u, 1u, 7u, 64u, 65u, 100'000u})
+        for (const std::size_t grain : {0u, 1u, 64u, 1'000'000u}) {
+            std::mutex mutex;
+            std::set<std::pair<std::size_t, std::size_t>> ranges;
+            parallelFor(count, grain, [&](std::size_t begin, std::size_t end) {
+                const std::lock_guard lock(mutex);
+                EXPECT_TRUE(ranges.emplace(begin, end).second);
+            });
+            std::size_t next = 0;
+            for (const auto& [begin, end] : ranges) {
+                EXPECT_EQ(begin, next);
+                EXPECT_EQ(end, std::min(count, begin + std::max<std::size_t>(grain, 1)));
+                next = end;
+            }
+            EXPECT_EQ(next, count);
+        }
+}
+
+TEST(ParallelFor, RethrowsTheFirstRangesError) {
+    for (int repeat = 0; repeat < 100; ++repeat) {
+        std::string message;
+        try {
+            parallelFor(1000, 10, [](std::size_t begin, std::size_t) {
+                if (begin >= 50)
+                    throw std::runtime_error(std::to_string(begin));
+            });
+        } catch (const std::runtime_error& error) {
+            message = error.what();
+        }
+        EXPECT_EQ(message, "50");
+    }
+}
+
+TEST(ParallelFor, GrainOfTheWholeRange) {
+    std::atomic<int> calls = 0;
+    parallelFor(5, std::numeric_limits<std::size_t>::max(), [&](std::size_t begin, std::size_t end) {
+        ++calls;
+        EXPECT_EQ(end - begin, 5u);
+    });
+    EXPECT_EQ(calls, 1);
+}
+
+} // namespace
+} // namespace cmpg

@@ -1,0 +1,16 @@
+// The shader library compiled as C++ in double precision: the yardstick for the float build.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace cmpg::shader_double {
+using namespace glm;
+using vec2 = glm::dvec2;
+using vec3 = glm::dvec3;
+using vec4 = glm::dvec4;
+using uint = std::uint32_t;
+#define float double
+#include "shader_library.inc"
+#undef float
+} // namespace cmpg::shader_double

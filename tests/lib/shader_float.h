@@ -1,0 +1,15 @@
+// The shader library compiled as C++ in single precision, as a kernel computes it. Only for files compiled with
+// -fsingle-precision-constant (see tests/CMakeLists.txt): otherwise the literals would be double.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <type_traits>
+
+static_assert(std::is_same_v<decltype(1.0), float>, "compile this file with -fsingle-precision-constant");
+
+namespace cmpg::shader_float {
+using namespace glm;
+using uint = std::uint32_t;
+#include "shader_library.inc"
+} // namespace cmpg::shader_float

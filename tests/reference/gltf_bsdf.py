@@ -1,0 +1,109 @@
+"""glTF 2.0 appendix B with KHR_materials_specular as a Mitsuba BSDF: Mitsuba has no plugin with this mix."""
+import drjit as dr
+import mitsuba as mi
+
+
+def smith(c, a2):
+    """G1(c) / (2 c) for GGX, so that the product over both directions is appendix B's visibility V without its 4 nl nv."""
+    return 1 / (c + dr.sqrt(a2 + (1 - a2) * c * c))
+
+
+class GltfBsdf(mi.BSDF):
+    """Two-sided reflection; `normal` is a texture of decoded tangent-space vectors, absent where there is no normal map."""
+
+    slots = {"baseColor": None, "roughness": None, "metallic": None, "specular": None, "normal": None}
+
+    def __init__(self, props):
+        super().__init__(props)
+        self.textures = {s: props[s] for s in self.slots if s in props}
+        ior = props.get("ior", 1.5)
+        self.f0 = ((1 - ior) / (1 + ior)) ** 2
+        flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+        self.m_components = [flags]
+        self.m_flags = flags
+
+    def traverse(self, callback):
+        for slot, texture in self.textures.items():
+            callback.put(slot, texture, mi.ParamFlags.Differentiable)
+
+    def frame(self, si, active):
+        """The shading frame, perturbed by the normal map, in coordinates of si.sh_frame."""
+        if "normal" not in self.textures:
+            return mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
+        n = dr.normalize(mi.Vector3f(self.textures["normal"].eval_3(si, active)))
+        t = si.to_local(si.dp_du)
+        t = dr.normalize(mi.Vector3f(t.x, t.y, 0))
+        b = mi.Vector3f(-t.y, t.x, 0)  # n x t; texture coordinates here are never mirrored
+        z = dr.normalize(t * n.x + b * n.y + mi.Vector3f(0, 0, 1) * n.z)
+        return mi.Frame3f(z)
+
+    def local(self, si, wo, active):
+        """wi, wo in the perturbed frame, mirrored so that wi is above; the frame and the sign to undo it."""
+        frame = self.frame(si, active)
+        wi, wo = frame.to_local(si.wi), frame.to_local(wo)
+        sign = dr.mulsign(mi.Float(1), dr.detach(wi.z))
+        return mi.Vector3f(wi.x, wi.y, wi.z * sign), mi.Vector3f(wo.x, wo.y, wo.z * sign), frame, sign
+
+    def alpha(self, si, active):
+        r = self.textures["roughness"].eval_1(si, active)
+        return dr.maximum(r * r, 1e-3)
+
+    def specular_share(self, si, active):
+        metallic = dr.detach(self.textures["metallic"].eval_1(si, active))
+        return metallic * 0.95 + (1 - metallic) * 0.5
+
+    def density(self, wi, wo, alpha, share):
+        h = dr.normalize(wi + wo)
+        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
+        return share * ggx.pdf(wi, h) / (4 * dr.dot(wo, h)) + (1 - share) * wo.z / dr.pi
+
+    def eval(self, ctx, si, wo, active):
+        wi, wo, _, _ = self.local(si, wo, active)
+        active = active & (wi.z > 0) & (wo.z > 0)
+        base = self.textures["baseColor"].eval(si, active)
+        metallic = self.textures["metallic"].eval_1(si, active)
+        specular = self.textures["specular"].eval_1(si, active)
+        a2 = dr.square(self.alpha(si, active))
+        h = dr.normalize(wi + wo)
+        d = a2 / (dr.pi * dr.square(dr.square(h.z) * (a2 - 1) + 1))
+        layer = d * smith(wi.z, a2) * smith(wo.z, a2)
+        grazing = (1 - dr.abs(dr.dot(wi, h))) ** 5
+        fr = self.f0 + (1 - self.f0) * grazing
+        dielectric = (1 - specular * fr) * base / dr.pi + specular * fr * layer
+        metal = (base + (1 - base) * grazing) * layer
+        return dr.select(active, (dielectric * (1 - metallic) + metal * metallic) * wo.z, 0)
+
+    def pdf(self, ctx, si, wo, active):
+        wi, wo, _, _ = self.local(si, wo, active)
+        active = active & (wi.z > 0) & (wo.z > 0)
+        return dr.select(active, self.density(wi, wo, self.alpha(si, active), self.specular_share(si, active)), 0)
+
+    def eval_pdf(self, ctx, si, wo, active):
+        return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+
+    def sample(self, ctx, si, sample1, sample2, active):
+        wi, _, frame, sign = self.local(si, si.wi, active)
+        active = active & (wi.z > 0)
+        share, alpha = self.specular_share(si, active), dr.detach(self.alpha(si, active))
+        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
+        m, _ = ggx.sample(wi, sample2)
+        wo = dr.select(sample1 < share, mi.reflect(wi, m), mi.warp.square_to_cosine_hemisphere(sample2))
+        active = active & (wo.z > 0)
+        bs = mi.BSDFSample3f()
+        bs.wo = dr.detach(frame.to_world(mi.Vector3f(wo.x, wo.y, wo.z * sign)))
+        bs.eta = 1.0
+        bs.sampled_component = mi.UInt32(0)
+        bs.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
+        value, bs.pdf = self.eval_pdf(ctx, si, bs.wo, active)
+        active = active & (bs.pdf > 0)
+        return bs, dr.select(active, value / bs.pdf, 0) & active
+
+    def eval_diffuse_reflectance(self, si, active):
+        return self.textures["baseColor"].eval(si, active)
+
+    def to_string(self):
+        return "GltfBsdf[]"
+
+
+def register():
+    mi.register_bsdf("gltf", lambda props: GltfBsdf(props))

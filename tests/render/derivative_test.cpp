@@ -1,0 +1,139 @@
+// Forward and reverse derivatives of every slot: against each other, and against finite differences with sampling frozen.
+#include "support/render_fixture.h"
+
+#include <numeric>
+
+namespace cmpg::test {
+namespace {
+
+const std::vector<std::string> kSlots = {"*.baseColor", "*.roughness", "*.metallic", "*.specular", "*.emission", "*.normal", "environment.radiance"};
+
+std::vector<std::vector<float>> randomDirections(const Bench& s, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    std::vector<std::vector<float>> v = s.ones();
+    for (auto& direction : v)
+        for (float& x : direction)
+            x = uniform(random);
+    return v;
+}
+
+class SlotDerivative : public testing::TestWithParam<std::string> {};
+
+// <Jv, w> = <v, J^T w> with the same random numbers: both modes contract the same samples, only rounding differs.
+TEST_P(SlotDerivative, ForwardAgreesWithReverse) {
+    Bench s(bundledScene("materials"), {GetParam()});
+    const View view = viewOf(s.scene, 24, 24);
+    const auto directions = randomDirections(s, 1);
+    const PassKey key{5, 0, 1};
+    const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
+    Image adjoint(view.width, view.height, 3);
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (float& a : adjoint.values)
+        a = uniform(random);
+    std::vector<std::vector<double>> gradients;
+    s.renderer->reverse(view, 16, key, adjoint, {}, {}, gradients);
+
+    double forwardSum = 0, reverseSum = 0, magnitude = 0;
+    for (std::size_t i = 0; i < adjoint.values.size(); ++i) {
+        forwardSum += double(forward.values[i]) * adjoint.values[i];
+        magnitude += std::abs(double(forward.values[i]) * adjoint.values[i]);
+    }
+    for (std::size_t p = 0; p < gradients.size(); ++p)
+        reverseSum += std::inner_product(gradients[p].begin(), gradients[p].end(), directions[p].begin(), 0.0);
+    ASSERT_GT(magnitude, 0);
+    EXPECT_NEAR(forwardSum, reverseSum, 1e-4 * magnitude);
+}
+
+// Directions, lights and densities stay at the base values; only f and E are evaluated with the perturbed ones.
+TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
+    RenderConfig config;
+    config.frozenEvaluation = true;
+    config.maxDepth = 4;
+    Bench s(bundledScene("materials"), {GetParam()}, config);
+    const View view = viewOf(s.scene, 24, 24);
+    const PassKey key{7, 0, 1};
+    const auto directions = randomDirections(s, 3);
+    const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
+
+    const float h = 2e-3f;
+    const auto shifted = [&](float step) {
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            const std::uint32_t p = s.config.differentiable[i];
+            std::vector<float> values = s.scene.parameters[p].values;
+            for (std::size_t k = 0; k < values.size(); ++k)
+                values[k] += step * directions[i][k];
+            s.renderer->setFrozenEvaluation(p, values);
+        }
+        return s.renderer->render(view, 16, key);
+    };
+    // Richardson's combination of two step sizes leaves an error of the fourth order.
+    const Image plus = shifted(h), minus = shifted(-h), plus2 = shifted(2 * h), minus2 = shifted(-2 * h);
+    double difference = 0, norm = 0;
+    std::size_t far = 0;
+    for (std::size_t i = 0; i < forward.values.size(); ++i) {
+        const double narrow = (double(plus.values[i]) - minus.values[i]) / (2 * h), wide = (double(plus2.values[i]) - minus2.values[i]) / (4 * h);
+        const double expected = (4 * narrow - wide) / 3;
+        const double error = forward.values[i] - expected;
+        difference += error * error;
+        norm += expected * expected;
+        // A pixel's own scale: its derivative, and the rounding of its value over the step.
+        far += std::abs(error) > 1e-3 * std::abs(expected) + 4e-6 * (std::abs(plus.values[i]) + 1e-3) / h;
+    }
+    ASSERT_GT(norm, 0);
+    EXPECT_LT(std::sqrt(difference / norm), 1e-3);
+    EXPECT_LE(far, forward.values.size() / 200) << "pixels off by more than 1e-3";
+}
+
+INSTANTIATE_TEST_SUITE_P(Slots, SlotDerivative, testing::ValuesIn(kSlots), [](const auto& slot) {
+    std::string name = slot.param;
+    std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+    return name;
+});
+
+// Several slots at once are the sum of each alone, with the same random numbers.
+TEST(Derivative, SlotsAddUp) {
+    const PassKey key{9, 0, 1};
+    Bench all(bundledScene("materials"), kSlots);
+    const View view = viewOf(all.scene, 16, 16);
+    const Image together = all.renderer->forward(view, 4, key, all.config.differentiable, all.ones());
+    std::vector<double> sum(together.values.size(), 0.0);
+    double norm = 0, difference = 0;
+    for (std::size_t i = 0; i < all.config.differentiable.size(); ++i) {
+        const std::vector<std::uint32_t> one{all.config.differentiable[i]};
+        const std::vector<std::vector<float>> direction{std::vector<float>(all.scene.parameters[one[0]].entries(), 1.0f)};
+        const Image alone = all.renderer->forward(view, 4, key, one, direction);
+        for (std::size_t k = 0; k < sum.size(); ++k)
+            sum[k] += alone.values[k];
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+        norm += sum[k] * sum[k];
+        difference += (sum[k] - together.values[k]) * (sum[k] - together.values[k]);
+    }
+    ASSERT_GT(norm, 0);
+    EXPECT_LT(std::sqrt(difference / norm), 1e-5);
+}
+
+// A black albedo has a derivative: light that would be reflected if it were not black.
+TEST(Derivative, BlackAlbedo) {
+    Bench black(bundledScene("box"), {"painting.baseColor"});
+    const View view = viewOf(black.scene, 32, 32);
+    const std::uint32_t p = black.config.differentiable[0];
+    const std::size_t entries = black.scene.parameters[p].entries();
+    std::vector<double> slopes, differences;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        black.renderer->setParameter(p, std::vector<float>(entries, 0.0f));
+        slopes.push_back(meanOf(black.renderer->forward(view, 32, {i, 0, 1}, black.config.differentiable, black.ones())));
+        const double dark = meanOf(black.renderer->render(view, 32, {i + 100, 0, 0}));
+        black.renderer->setParameter(p, std::vector<float>(entries, 0.02f));
+        differences.push_back((meanOf(black.renderer->render(view, 32, {i + 100, 0, 0})) - dark) / 0.02);
+    }
+    const MeanError slope = statistics(slopes), difference = statistics(differences);
+    ASSERT_GT(difference.mean, 0);
+    // Four joint standard errors, and the second-order term of the finite step.
+    EXPECT_NEAR(slope.mean, difference.mean, 4 * std::hypot(slope.standardError, difference.standardError) + 0.01 * difference.mean);
+}
+
+} // namespace
+} // namespace cmpg::test

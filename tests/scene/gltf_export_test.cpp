@@ -1,0 +1,165 @@
+// Export: a scene written with changed parameters loads back with the same values.
+#include "gltf_writer.h"
+#include "scene/image.h"
+#include "test_images.h"
+
+#include <cmath>
+
+namespace cmpg::test {
+namespace {
+
+// A scene with every slot textured in one material, constant in another, and an environment.
+struct Fixture {
+    TempFolder folder;
+    GltfWriter w = oneTriangle();
+
+    Fixture() {
+        std::vector<std::uint8_t> codes;
+        for (int i = 0; i < 4 * 4 * 4; ++i) codes.push_back(std::uint8_t(i * 37 + 11));
+        savePng(folder / "tex/a b.png", 4, 4, 4, codes);
+        w.json["images"] = {{{"uri", "tex/a%20b.png"}}};
+        w.json["samplers"] = {{{"wrapS", 33071}}};
+        w.json["textures"] = {{{"source", 0}, {"sampler", 0}}};
+        const Json info = {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"offset", {0.5, 0}}}}}}};
+        w.json["materials"] = {
+            {{"name", "a/b"},
+             {"pbrMetallicRoughness", {{"baseColorTexture", info}, {"baseColorFactor", {0.5, 1, 1, 0.75}}, {"metallicRoughnessTexture", info}}},
+             {"normalTexture", {{"index", 0}, {"scale", 0.5}}},
+             {"emissiveTexture", info},
+             {"emissiveFactor", {1, 1, 1}},
+             {"extensions", {{"KHR_materials_specular", {{"specularTexture", info}}}}}},
+            {{"name", "plain"}, {"alphaMode", "MASK"}}};
+        w.json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"material", 1}});
+        w.json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}}); // the default material
+        saveExr(folder / "sky.exr", 4, 3, "RGB", std::vector<float>(36, 0.25f));
+        w.json["scenes"][0]["extras"]["environment"] = {{"uri", "sky.exr"}, {"intensity", 3}, {"rotation", 1}};
+    }
+};
+
+// Changes every value of a parameter to something within its range.
+void change(Parameter& p) {
+    p.materialise();
+    for (std::size_t i = 0; i < p.values.size(); ++i) {
+        const float v = 0.5f + 0.5f * std::sin(float(i) * 1.7f + float(p.name.size()));
+        p.values[i] = p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance ? 20 * v : v;
+    }
+    if (p.kind == SlotKind::Normal)
+        for (std::size_t i = 0; i < p.values.size(); i += 3) {
+            const glm::vec3 n = glm::normalize(glm::vec3(p.values[i] - 0.5f, p.values[i + 1] - 0.5f, 1));
+            for (int c = 0; c < 3; ++c) p.values[i + std::size_t(c)] = n[c];
+        }
+}
+
+// Half a code of 8 bits in the encoding of the slot; constants and the environment are exact up to float rounding.
+float tolerance(const Parameter& p, float value, float largest) {
+    if (!p.textured || p.kind == SlotKind::Radiance) return 1e-6f * largest;
+    if (p.kind == SlotKind::Normal) return 1.01f / 255;
+    if (p.kind != SlotKind::BaseColor && p.kind != SlotKind::Emission) return 0.505f / 255;
+    const float code = srgbEncode(value / largest), half = 0.505f / 255;
+    return largest * (srgbDecode(std::min(code + half, 1.0f + half)) - srgbDecode(std::max(code - half, 0.0f)));
+}
+
+void expectSame(const Scene& a, const Scene& b) {
+    ASSERT_EQ(a.parameters.size(), b.parameters.size());
+    for (const Parameter& pa : a.parameters) {
+        const Parameter& pb = find(b, pa.name);
+        SCOPED_TRACE(pa.name);
+        EXPECT_EQ(pa.textured, pb.textured);
+        EXPECT_EQ(pa.wrapU, pb.wrapU);
+        EXPECT_EQ(pa.uvTransform, pb.uvTransform);
+        const std::vector<float> va = valuesOf(a, pa.name), vb = valuesOf(b, pa.name);
+        ASSERT_EQ(va.size(), vb.size());
+        const bool bright = pa.kind == SlotKind::Emission || pa.kind == SlotKind::Radiance;
+        const float largest = bright ? std::max(*std::max_element(va.begin(), va.end()), 1e-9f) : 1.0f;
+        for (std::size_t i = 0; i < va.size(); ++i) ASSERT_NEAR(va[i], vb[i], tolerance(pa, va[i], largest)) << i;
+    }
+}
+
+TEST(GltfExport, EveryChangedSlotLoadsBack) {
+    Fixture f;
+    Scene s = loadGltf(f.w.write(f.folder));
+    std::vector<std::uint32_t> changed;
+    for (std::uint32_t i = 0; i < s.parameters.size(); ++i) {
+        if (s.parameters[i].kind == SlotKind::Normal && !s.parameters[i].textured) continue;
+        change(s.parameters[i]);
+        changed.push_back(i);
+    }
+    const TempFolder out;
+    exportGltf(s, changed, out.path());
+    const Scene back = loadGltf(out / "scene.gltf");
+    expectSame(s, back);
+    EXPECT_EQ(back.environment->rotation, 1);
+    EXPECT_EQ(back.materials[0].name, "a/b");
+    EXPECT_EQ(back.geometry.positions, s.geometry.positions);
+    EXPECT_EQ(back.geometry.triangles[2].material, 2u);
+
+    // Exact values, one file each; the names are safe.
+    EXPECT_EQ(readImage(out / "parameters/a%2Fb.baseColor.exr").image.values, valuesOf(s, "a/b.baseColor"));
+    const Json json = Json::parse(readText(out / "scene.gltf"));
+    EXPECT_EQ(json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"], Json({1, 1, 1, 0.75}));
+    // What other programs insist on: emissiveFactor within [0,1], used extensions listed, alpha kept.
+    for (const Json& m : json["materials"])
+        for (const Json& v : m.value("emissiveFactor", Json::array())) EXPECT_LE(v.get<double>(), 1.0);
+    const Json& used = json["extensionsUsed"];
+    EXPECT_NE(std::find(used.begin(), used.end(), "KHR_materials_emissive_strength"), used.end());
+    EXPECT_EQ(readImage(out / "textures/a%2Fb.baseColor.png").alpha, readImage(f.folder / "tex/a b.png").alpha);
+
+    // Again from the export, into a third folder: names must not clash with the files that are already there.
+    const TempFolder again;
+    Scene second = back;
+    change(second.parameters[0]);
+    exportGltf(second, {0}, again.path());
+    expectSame(second, loadGltf(again / "scene.gltf"));
+}
+
+TEST(GltfExport, NothingChangedIsTheSameScene) {
+    Fixture f;
+    const Scene s = loadGltf(f.w.write(f.folder));
+    const TempFolder out;
+    exportGltf(s, {}, out.path());
+    expectSame(s, loadGltf(out / "scene.gltf"));
+    EXPECT_EQ(readText(out / "tex/a b.png"), readText(f.folder / "tex/a b.png"));
+    EXPECT_EQ(readText(out / "sky.exr"), readText(f.folder / "sky.exr"));
+}
+
+TEST(GltfExport, DimEmissionNeedsNoExtension) {
+    Fixture f;
+    Scene s = loadGltf(f.w.write(f.folder));
+    for (const char* name : {"a/b.emission", "plain.emission"}) {
+        Parameter& p = s.parameters[s.parameter(name)];
+        p.materialise();
+        for (std::size_t i = 0; i < p.values.size(); ++i) p.values[i] = 0.01f * float(i % 3);
+    }
+    const TempFolder out;
+    exportGltf(s, {s.parameter("a/b.emission"), s.parameter("plain.emission")}, out.path());
+    expectSame(s, loadGltf(out / "scene.gltf"));
+    EXPECT_EQ(readText(out / "scene.gltf").find("emissive_strength"), std::string::npos);
+}
+
+TEST(GltfExport, BinaryScenesBecomeTextAndData) {
+    const TempFolder folder, out;
+    GltfWriter w = oneTriangle();
+    writeText(folder / "s.glb", w.glb());
+    Scene s = loadGltf(folder / "s.glb");
+    s.parameters[0].values = {0.25f, 0.5f, 0.75f};
+    exportGltf(s, {0}, out.path());
+    const Scene back = loadGltf(out / "scene.gltf");
+    expectSame(s, back);
+    EXPECT_EQ(back.geometry.positions, s.geometry.positions);
+    EXPECT_EQ(back.materials.size(), 1u);
+}
+
+TEST(GltfExport, RefusesToOverwriteItsSource) {
+    Fixture f;
+    const Scene s = loadGltf(f.w.write(f.folder));
+    try {
+        exportGltf(s, {}, f.folder.path());
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code, ExitCode::Output);
+    }
+    EXPECT_NO_THROW(loadGltf(f.folder / "scene.gltf"));
+}
+
+} // namespace
+} // namespace cmpg::test

@@ -1,0 +1,235 @@
+// Materials of glTF scenes: what every slot's parameter holds.
+#include "gltf_writer.h"
+#include "scene/image.h"
+#include "test_images.h"
+
+#include <cmath>
+
+namespace cmpg::test {
+namespace {
+
+struct Fixture {
+    TempFolder folder;
+    GltfWriter w = oneTriangle();
+    Json& material = w.json["materials"][0];
+
+    // textures[i] of a new image; returns its index.
+    std::size_t texture(const std::string& uri) {
+        w.json["images"].push_back({{"uri", uri}});
+        w.json["textures"].push_back({{"source", w.json["images"].size() - 1}});
+        return w.json["textures"].size() - 1;
+    }
+    std::size_t png(const std::string& name, int width, int height, int channels, const std::vector<std::uint8_t>& codes) {
+        savePng(folder / name, width, height, channels, codes);
+        return texture(name);
+    }
+    Scene load() { return loadGltf(w.write(folder)); }
+};
+
+void expectValues(const std::vector<float>& a, const std::vector<float>& b, float tolerance = 1e-6f) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], tolerance) << "entry " << i;
+}
+
+TEST(GltfMaterials, DefaultsAreThoseOfGltf) {
+    Fixture f;
+    const Scene s = f.load();
+    ASSERT_EQ(s.parameters.size(), 6u);
+    expectValues(valuesOf(s, "wall.baseColor"), {1, 1, 1});
+    expectValues(valuesOf(s, "wall.roughness"), {1});
+    expectValues(valuesOf(s, "wall.metallic"), {1});
+    expectValues(valuesOf(s, "wall.specular"), {1});
+    expectValues(valuesOf(s, "wall.emission"), {0, 0, 0});
+    expectValues(valuesOf(s, "wall.normal"), {0, 0, 1});
+    EXPECT_EQ(s.materials[0].ior, 1.5f);
+    EXPECT_FALSE(s.materials[0].hasNormalMap);
+    EXPECT_TRUE(warned(s, "no light at all"));
+    EXPECT_TRUE(warned(s, "no camera"));
+    for (std::uint32_t k = 0; k < kMaterialSlots; ++k) EXPECT_EQ(s.parameters[s.materials[0].parameters[k]].kind, SlotKind(k));
+}
+
+TEST(GltfMaterials, ConstantFactors) {
+    Fixture f;
+    f.material["pbrMetallicRoughness"] = {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}}, {"roughnessFactor", 0.5}, {"metallicFactor", 0.25}};
+    f.material["emissiveFactor"] = {1, 0.5, 0};
+    f.material["extensions"] = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 8}}},
+                                {"KHR_materials_specular", {{"specularFactor", 0.75}, {"specularColorFactor", {1, 0.5, 2}}}},
+                                {"KHR_materials_ior", {{"ior", 1.33}}}};
+    const Scene s = f.load();
+    expectValues(valuesOf(s, "wall.baseColor"), {0.1f, 0.2f, 0.3f});
+    expectValues(valuesOf(s, "wall.roughness"), {0.5f});
+    expectValues(valuesOf(s, "wall.metallic"), {0.25f});
+    expectValues(valuesOf(s, "wall.emission"), {8, 4, 0});
+    expectValues(valuesOf(s, "wall.specular"), {0.75f});
+    EXPECT_EQ(s.materials[0].specularColor, glm::vec3(1, 0.5f, 2));
+    EXPECT_FLOAT_EQ(s.materials[0].ior, 1.33f);
+    EXPECT_FALSE(warned(s, "no light"));
+    EXPECT_FALSE(warned(s, "not rendered"));
+}
+
+TEST(GltfMaterials, BaseColorTextureIsDecodedAndFolded) {
+    Fixture f;
+    const std::size_t t = f.png("c.png", 2, 1, 3, {188, 0, 255, 10, 20, 30});
+    f.material["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", t}}}, {"baseColorFactor", {0.5, 1, 0.25, 1}}};
+    const Scene s = f.load();
+    const Parameter& p = find(s, "wall.baseColor");
+    EXPECT_TRUE(p.textured);
+    EXPECT_TRUE(p.values.empty()) << "8-bit textures stay packed until somebody changes them";
+    EXPECT_EQ(p.bytes.size(), 6u);
+    EXPECT_EQ(p.width, 2u);
+    const auto lin = [](int code) { return srgbDecode(float(code) / 255); };
+    expectValues(valuesOf(s, "wall.baseColor"), {0.5f * lin(188), 0, 0.25f, 0.5f * lin(10), lin(20), 0.25f * lin(30)});
+}
+
+TEST(GltfMaterials, LinearAndFloatTexturesAreNotDecoded) {
+    Fixture f;
+    const std::size_t t = f.png("c.png", 1, 1, 3, {51, 102, 204});
+    f.w.json["images"][0]["extras"] = {{"colorSpace", "linear"}};
+    f.material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", t}};
+    saveExr(f.folder / "e.exr", 1, 1, "RGB", {3, 0.5f, 0});
+    f.material["emissiveTexture"] = {{"index", f.texture("e.exr")}};
+    f.material["emissiveFactor"] = {1, 1, 1};
+    const Scene s = f.load();
+    expectValues(valuesOf(s, "wall.baseColor"), {0.2f, 0.4f, 0.8f});
+    expectValues(valuesOf(s, "wall.emission"), {3, 0.5f, 0});
+}
+
+TEST(GltfMaterials, RoughnessIsGreenAndMetallicIsBlue) {
+    Fixture f;
+    const std::size_t t = f.png("mr.png", 1, 1, 3, {255, 102, 51});
+    f.material["pbrMetallicRoughness"] = {{"metallicRoughnessTexture", {{"index", t}}}, {"roughnessFactor", 0.5}};
+    const Scene s = f.load();
+    expectValues(valuesOf(s, "wall.roughness"), {0.2f});
+    expectValues(valuesOf(s, "wall.metallic"), {0.2f});
+    EXPECT_EQ(find(s, "wall.roughness").channels, 1u);
+}
+
+TEST(GltfMaterials, SpecularTextureIsAlpha) {
+    Fixture f;
+    const std::size_t t = f.png("s.png", 1, 1, 4, {1, 2, 3, 102});
+    f.material["extensions"]["KHR_materials_specular"] = {
+        {"specularTexture", {{"index", t}}}, {"specularFactor", 0.5}, {"specularColorTexture", {{"index", t}}}};
+    const Scene s = f.load();
+    expectValues(valuesOf(s, "wall.specular"), {0.2f});
+    EXPECT_TRUE(warned(s, "specularColorTexture of wall"));
+}
+
+TEST(GltfMaterials, NormalTextureFoldsItsScaleIntoXAndY) {
+    Fixture f;
+    const std::size_t t = f.png("n.png", 1, 1, 3, {255, 51, 204});
+    f.material["normalTexture"] = {{"index", t}, {"scale", 0.5}};
+    primitive(f.w)["attributes"]["NORMAL"] = f.w.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    primitive(f.w)["attributes"]["TANGENT"] = f.w.floats({2, 0, 0, 1, 1, 0, 0, -1, 0, 0, 0, 1}, 4);
+    f.w.json["nodes"][0]["scale"] = {-1, 1, 1};
+    const Scene s = f.load();
+    EXPECT_TRUE(s.materials[0].hasNormalMap);
+    expectValues(valuesOf(s, "wall.normal"), {0.5f, 0.5f * (2 * 0.2f - 1), 2 * 0.8f - 1});
+    ASSERT_EQ(s.geometry.tangents.size(), 3u);
+    EXPECT_EQ(s.geometry.tangents[0], glm::vec4(-1, 0, 0, -1)) << "a mirror flips the handedness";
+    EXPECT_EQ(s.geometry.tangents[1].w, 1);
+    EXPECT_EQ(s.geometry.tangents[2], glm::vec4(0));
+}
+
+TEST(GltfMaterials, SamplerAndTextureTransform) {
+    Fixture f;
+    const std::size_t t = f.png("c.png", 1, 1, 3, {0, 0, 0});
+    f.w.json["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}}};
+    f.w.json["textures"][0]["sampler"] = 0;
+    // The specification's example: the lower left quarter of the image, turned clockwise by 90 degrees.
+    f.material["pbrMetallicRoughness"]["baseColorTexture"] = {
+        {"index", t},
+        {"texCoord", 1},
+        {"extensions", {{"KHR_texture_transform", {{"offset", {0, 1}}, {"rotation", 1.57079632679}, {"scale", {0.5, 0.5}}}}}}};
+    const Scene s = f.load();
+    const Parameter& p = find(s, "wall.baseColor");
+    EXPECT_EQ(p.wrapU, Wrap::Clamp);
+    EXPECT_EQ(p.wrapV, Wrap::Mirror);
+    EXPECT_TRUE(p.nearest);
+    EXPECT_EQ(p.texcoord, 1u);
+    const auto map = [&](float u, float v) { return p.uvTransform * glm::vec3(u, v, 1); };
+    for (const auto& [from, to] : {std::pair(glm::vec2(0, 0), glm::vec2(0, 1)), {{1, 0}, {0, 0.5f}}, {{0, 1}, {0.5f, 1}}, {{1, 1}, {0.5f, 0.5f}}})
+        EXPECT_NEAR(glm::length(map(from.x, from.y) - to), 0, 1e-6f) << from.x << " " << from.y;
+}
+
+TEST(GltfMaterials, MaskKeepsTheAlphaOfTheTexture) {
+    Fixture f;
+    const std::size_t t = f.png("c.png", 2, 1, 4, {9, 9, 9, 0, 9, 9, 9, 200});
+    f.material["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", t}}}, {"baseColorFactor", {1, 1, 1, 0.5}}};
+    f.material["alphaMode"] = "MASK";
+    f.material["alphaCutoff"] = 0.25;
+    const Scene s = f.load();
+    const Material& m = s.materials[0];
+    EXPECT_TRUE(m.alphaMask);
+    EXPECT_FLOAT_EQ(m.alphaCutoff, 0.25f);
+    EXPECT_FLOAT_EQ(m.alphaFactor, 0.5f);
+    ASSERT_EQ(m.alphaTexture, 0u);
+    EXPECT_EQ(s.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 200}));
+    f.material["alphaMode"] = "BLEND";
+    const Scene blended = f.load();
+    EXPECT_FALSE(blended.materials[0].alphaMask);
+    EXPECT_TRUE(warned(blended, "wall: alphaMode BLEND is rendered opaque"));
+}
+
+TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
+    Fixture f;
+    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_transmission"};
+    f.material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_transmission, KHR_materials_unlit"));
+}
+
+TEST(GltfMaterials, NamesAreUniqueAndPrintable) {
+    Fixture f;
+    f.w.json["materials"] = {{{"name", "a"}}, Json::object(), {{"name", "a"}}, {{"name", "x\u001b[2J"}}};
+    primitive(f.w).erase("material");
+    const Scene s = f.load();
+    std::vector<std::string> names;
+    for (const Material& m : s.materials) names.push_back(m.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"a", "material1", "a#2", "x_[2J", "material4"}));
+    EXPECT_EQ(s.geometry.triangles[0].material, 4u);
+}
+
+TEST(GltfMaterials, ImagesInTheBinaryChunkAndInDataUris) {
+    Fixture f;
+    savePng(f.folder / "c.png", 1, 1, 3, {51, 102, 204});
+    const std::string file = readText(f.folder / "c.png");
+    f.w.json["images"] = {{{"bufferView", f.w.view(std::vector<std::uint8_t>(file.begin(), file.end()))}, {"mimeType", "image/png"}}};
+    f.w.json["textures"] = {{{"source", 0}}};
+    f.material["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
+    writeText(f.folder / "s.glb", f.w.glb());
+    expectValues(valuesOf(loadGltf(f.folder / "s.glb"), "wall.roughness"), {0.4f});
+    // A grey pixel of code 128, as base64 of a PNG written elsewhere (Python's zlib).
+    f.w.json["images"] = {{{"uri", "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}}};
+    expectValues(valuesOf(f.load(), "wall.roughness"), {128 / 255.0f});
+}
+
+TEST(Parameters, SelectByNameAndGlob) {
+    Fixture f;
+    f.w.json["materials"] = {{{"name", "wall"}}, {{"name", "wallpaper"}}, {{"name", "floor*"}}};
+    const Scene s = f.load();
+    EXPECT_EQ(s.select("wall.baseColor"), (std::vector<std::uint32_t>{0}));
+    EXPECT_EQ(s.select("wall*.baseColor"), (std::vector<std::uint32_t>{0, 6}));
+    EXPECT_EQ(s.select("*.roughness").size(), 3u);
+    EXPECT_EQ(s.select("????.metallic"), (std::vector<std::uint32_t>{2}));
+    EXPECT_EQ(s.select("*").size(), 18u);
+    EXPECT_EQ(s.select("floor*.baseColor"), (std::vector<std::uint32_t>{12}));
+    try {
+        s.select("wal.basecolor");
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code, ExitCode::Usage);
+        EXPECT_NE(e.cause.find("wall.baseColor"), std::string::npos) << e.cause;
+    }
+    for (const char* none : {"Wall*", "x?", ""}) EXPECT_THROW(s.select(none), Error) << none;
+    EXPECT_THROW(s.camera("nobody"), Error);
+}
+
+TEST(Parameters, RangesBelongToTheSlot) {
+    Fixture f;
+    const Scene s = f.load();
+    EXPECT_EQ(find(s, "wall.baseColor").highest(), 1);
+    EXPECT_EQ(find(s, "wall.normal").lowest(), -1);
+    EXPECT_TRUE(std::isinf(find(s, "wall.emission").highest()));
+}
+
+} // namespace
+} // namespace cmpg::test

@@ -1,0 +1,172 @@
+// Images: curve, formats, round trips, equal bytes, limits.
+#include "gltf_writer.h"
+#include "scene/image.h"
+#include "test_images.h"
+
+#include <cmath>
+#include <limits>
+
+namespace cmpg::test {
+namespace {
+
+Image ramp(int width, int height, int channels) {
+    Image image(width, height, channels);
+    for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = 1e-7f * float(i * i) - 3.25f;
+    return image;
+}
+
+ExitCode codeOf(const auto& action) {
+    try {
+        action();
+    } catch (const Error& e) {
+        return e.code;
+    }
+    return ExitCode::Done;
+}
+
+TEST(Srgb, IsThePiecewiseCurve) {
+    EXPECT_EQ(srgbDecode(0), 0);
+    EXPECT_EQ(srgbDecode(1), 1);
+    EXPECT_NEAR(srgbDecode(0.04f), 0.04 / 12.92, 1e-9);             // linear part
+    EXPECT_NEAR(srgbDecode(0.5f), 0.21404114048223255, 1e-7);       // ((0.5 + 0.055) / 1.055)^2.4
+    EXPECT_NEAR(srgbDecode(188 / 255.0f), 0.502886458032569, 1e-6); // the code nearest to a linear half
+    for (int i = 0; i < 256; ++i) EXPECT_EQ(std::lround(srgbEncode(srgbDecode(float(i) / 255)) * 255), i);
+}
+
+TEST(Exr, RoundTripIsExact) {
+    const TempFolder folder;
+    for (const int channels : {1, 3}) {
+        Image image = ramp(37, 11, channels);
+        image.values[5] = 1e30f; // no half floats
+        writeExr(folder / "a.exr", image);
+        const ReadImage back = readImage(folder / "a.exr");
+        ASSERT_EQ(back.image.width, 37);
+        ASSERT_EQ(back.image.height, 11);
+        ASSERT_EQ(back.image.channels, 3);
+        EXPECT_FALSE(back.eightBit);
+        EXPECT_TRUE(back.alpha.empty());
+        for (std::size_t p = 0; p < image.pixels(); ++p)
+            for (std::size_t c = 0; c < 3; ++c)
+                ASSERT_EQ(back.image.values[p * 3 + c], image.values[p * std::size_t(channels) + (channels == 1 ? 0 : c)]);
+    }
+}
+
+TEST(Exr, EqualImagesGiveEqualBytes) {
+    const TempFolder folder;
+    writeExr(folder / "a.exr", ramp(64, 48, 3));
+    writeExr(folder / "sub/b.exr", ramp(64, 48, 3));
+    const std::string a = readText(folder / "a.exr");
+    EXPECT_EQ(a, readText(folder / "sub/b.exr"));
+    for (const char* word : {"capDate", "owner", "cmpg", "comments"}) EXPECT_EQ(a.find(word), std::string::npos) << word;
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2) << "nothing is left beside the files";
+}
+
+TEST(Exr, LayersKeepTheirNames) {
+    const TempFolder folder;
+    writeExrLayers(folder / "l.exr", {{"depth.Z", ramp(4, 4, 1)}, {"normal.X", ramp(4, 4, 1)}});
+    const std::string text = readText(folder / "l.exr");
+    EXPECT_NE(text.find("depth.Z"), std::string::npos);
+    EXPECT_NE(text.find("normal.X"), std::string::npos);
+    EXPECT_EQ(codeOf([&] { writeExrLayers(folder / "l.exr", {{"a", ramp(4, 4, 1)}, {"b", ramp(4, 5, 1)}}); }), ExitCode::Output);
+}
+
+TEST(Exr, ReadsOneChannelAndAlpha) {
+    const TempFolder folder;
+    saveExr(folder / "y.exr", 2, 1, "Y", {0.5f, 7});
+    EXPECT_EQ(readImage(folder / "y.exr").image.values, (std::vector<float>{0.5f, 7}));
+    saveExr(folder / "a.exr", 1, 1, "RGBA", {1, 2, 3, 0.25f});
+    const ReadImage rgba = readImage(folder / "a.exr");
+    EXPECT_EQ(rgba.image.values, (std::vector<float>{1, 2, 3}));
+    EXPECT_EQ(rgba.alpha, (std::vector<float>{0.25f}));
+}
+
+TEST(Png, DecodesSrgbAndMarksClippedPixels) {
+    const TempFolder folder;
+    savePng(folder / "a.png", 2, 1, 4, {188, 0, 0, 128, 255, 10, 20, 255});
+    const ReadImage image = readImage(folder / "a.png");
+    EXPECT_TRUE(image.eightBit);
+    EXPECT_FLOAT_EQ(image.image.values[0], srgbDecode(188 / 255.0f));
+    EXPECT_FLOAT_EQ(image.alpha[0], 128 / 255.0f);
+    EXPECT_FALSE(image.clipped[0]);
+    EXPECT_TRUE(image.clipped[1]);
+    EXPECT_FLOAT_EQ(readImage(folder / "a.png", true).image.values[0], 188 / 255.0f);
+}
+
+TEST(Png, WriteEncodesAndClamps) {
+    const TempFolder folder;
+    Image image(4, 1, 3);
+    image.values = {0, 0.5f, 1, -3, 9, std::numeric_limits<float>::quiet_NaN(), 0.2f, 0.2f, 0.2f, 0.01f, 0.02f, 0.03f};
+    writePng(folder / "a.png", image);
+    const ReadImage back = readImage(folder / "a.png");
+    ASSERT_EQ(back.image.width, 4);
+    const std::vector<float> expected{0, 0.5f, 1, 0, 1, 0, 0.2f, 0.2f, 0.2f, 0.01f, 0.02f, 0.03f};
+    for (std::size_t i = 0; i < expected.size(); ++i) // half a code, in sRGB
+        EXPECT_NEAR(srgbEncode(back.image.values[i]), srgbEncode(expected[i]), 0.501f / 255);
+}
+
+TEST(OtherFormats, JpgAndHdr) {
+    const TempFolder folder;
+    const std::vector<std::uint8_t> grey(8 * 8 * 3, 100);
+    stbi_write_jpg((folder / "a.jpg").c_str(), 8, 8, 3, grey.data(), 95);
+    EXPECT_NEAR(readImage(folder / "a.jpg").image.values[0], srgbDecode(100 / 255.0f), 0.01); // lossy: a code or two
+    const std::vector<float> bright(8 * 8 * 3, 12.0f);
+    stbi_write_hdr((folder / "a.hdr").c_str(), 8, 8, 3, bright.data());
+    const ReadImage hdr = readImage(folder / "a.hdr");
+    EXPECT_FALSE(hdr.eightBit);
+    EXPECT_NEAR(hdr.image.values[0], 12, 12.0 / 128); // 8-bit mantissa
+}
+
+TEST(ImageInput, MalformedFilesAreInputErrors) {
+    const TempFolder folder;
+    saveExr(folder / "good.exr", 33, 17, "RGB", std::vector<float>(33 * 17 * 3, 0.5f));
+    savePng(folder / "good.png", 33, 17, 3, std::vector<std::uint8_t>(33 * 17 * 3, 9));
+    for (const char* name : {"good.exr", "good.png"}) {
+        const std::string whole = readText(folder / name);
+        int failures = 0;
+        for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(whole.size() / 64, 1)) {
+            writeText(folder / "cut", whole.substr(0, length));
+            const ExitCode code = codeOf([&] { readImage(folder / "cut"); });
+            EXPECT_TRUE(code == ExitCode::Input || code == ExitCode::Done) << name << " " << length;
+            failures += code == ExitCode::Input;
+        }
+        // Only the trailing checksum of a PNG may be cut without loss.
+        EXPECT_GE(failures, 60) << name;
+    }
+    EXPECT_EQ(codeOf([&] { readImage(folder / "none.exr"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder.path()); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage("/dev/zero"); }), ExitCode::Input);
+    saveExr(folder / "nan.exr", 1, 1, "RGB", {0, std::numeric_limits<float>::quiet_NaN(), 0});
+    EXPECT_EQ(codeOf([&] { readImage(folder / "nan.exr"); }), ExitCode::Input);
+    saveExr(folder / "two.exr", 1, 1, "UV", {0, 0});
+    EXPECT_EQ(codeOf([&] { readImage(folder / "two.exr"); }), ExitCode::Input);
+}
+
+TEST(ImageInput, SizeIsCheckedFromTheHeader) {
+    const TempFolder folder;
+    savePng(folder / "a.png", 33, 17, 3, std::vector<std::uint8_t>(33 * 17 * 3, 9));
+    std::string png = readText(folder / "a.png");
+    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17); }), ExitCode::Done);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17 - 1); }), ExitCode::Input);
+    png[16] = 0x00, png[17] = 0x10, png[20] = 0x00, png[21] = 0x10; // IHDR: about 2^20 by 2^20
+    writeText(folder / "huge.png", png);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.png"); }), ExitCode::Input);
+    saveExr(folder / "a.exr", 2, 2, "RGB", std::vector<float>(12, 1));
+    std::string exr = readText(folder / "a.exr");
+    const std::size_t window = exr.find("dataWindow") + std::strlen("dataWindow") + 1 + std::strlen("box2i") + 1 + 4;
+    const std::int32_t huge = 0x7ffffff0;
+    for (const std::size_t side : {8u, 12u}) std::memcpy(exr.data() + window + side, &huge, 4);
+    writeText(folder / "huge.exr", exr);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.exr"); }), ExitCode::Input);
+}
+
+TEST(ImageOutput, UnwritablePathsAreOutputErrors) {
+    const TempFolder folder;
+    writeText(folder / "file", "x");
+    EXPECT_EQ(codeOf([&] { writeExr(folder / "file/a.exr", ramp(2, 2, 3)); }), ExitCode::Output);
+    fs::create_directories(folder / "taken.png");
+    EXPECT_EQ(codeOf([&] { writePng(folder / "taken.png", ramp(2, 2, 3)); }), ExitCode::Output);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2) << "no half-written file is left";
+}
+
+} // namespace
+} // namespace cmpg::test

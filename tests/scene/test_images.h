@@ -1,0 +1,36 @@
+// Image files for the tests, written by the libraries and not by our own writers.
+#pragma once
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <cstdint>
+#include <filesystem>
+#include <stb/stb_image_write.h>
+#include <string>
+#include <vector>
+
+namespace cmpg::test {
+
+inline void savePng(const std::filesystem::path& file, int width, int height, int channels, const std::vector<std::uint8_t>& codes) {
+    std::filesystem::create_directories(file.parent_path());
+    stbi_write_png(file.c_str(), width, height, channels, codes.data(), width * channels);
+}
+
+// Float EXR with one-letter channels, interleaved in `values` in the order of `channels`.
+inline void saveExr(const std::filesystem::path& file, int width, int height, const std::string& channels, std::vector<float> values) {
+    Imf::Header header(width, height);
+    Imf::FrameBuffer frame;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const std::string name(1, channels[c]);
+        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        const std::size_t step = channels.size() * sizeof(float);
+        frame.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data() + c), step, step * std::size_t(width)));
+    }
+    Imf::OutputFile output(file.c_str(), header);
+    output.setFrameBuffer(frame);
+    output.writePixels(height);
+}
+
+} // namespace cmpg::test

@@ -1,0 +1,63 @@
+// A device and a bundled scene for the tests of the renderer.
+#pragma once
+
+#include "render/renderer.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace cmpg::test {
+
+// One device for all tests of a process; kernels' compilation is cached by the driver.
+inline Device& device() {
+    static Device d{Device::Options{}};
+    return d;
+}
+
+inline Scene bundledScene(const std::string& name) { return loadGltf(std::string(CMPG_SOURCE_DIR) + "/scenes/" + name + "/scene.gltf"); }
+
+inline View viewOf(const Scene& scene, int width, int height) { return View{&scene.cameras.front(), width, height}; }
+
+struct Bench {
+    Scene scene;
+    RenderConfig config;
+    std::unique_ptr<Renderer> renderer;
+
+    Bench(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}) : scene(std::move(s)), config(c) {
+        for (const std::string& glob : globs)
+            for (const std::uint32_t p : scene.select(glob))
+                config.differentiable.push_back(p);
+        renderer = std::make_unique<Renderer>(device(), scene, config);
+    }
+    std::vector<std::vector<float>> ones() const {
+        std::vector<std::vector<float>> v;
+        for (const std::uint32_t p : config.differentiable)
+            v.emplace_back(scene.parameters[p].entries(), 1.0f);
+        return v;
+    }
+};
+
+struct MeanError {
+    double mean = 0, standardError = 0;
+};
+
+// Mean of independent estimates and its standard error.
+inline MeanError statistics(const std::vector<double>& estimates) {
+    double sum = 0, squares = 0;
+    for (const double e : estimates)
+        sum += e;
+    const double mean = sum / double(estimates.size());
+    for (const double e : estimates)
+        squares += (e - mean) * (e - mean);
+    return {mean, std::sqrt(squares / double(estimates.size() - 1) / double(estimates.size()))};
+}
+
+inline double meanOf(const Image& image) {
+    double sum = 0;
+    for (const float v : image.values)
+        sum += v;
+    return sum / double(image.values.size());
+}
+
+} // namespace cmpg::test

@@ -1,0 +1,125 @@
+// Device choice, validation, and facts about drivers that the kernels are designed around.
+#include "base/error.h"
+#include "kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <set>
+
+namespace cmpg {
+namespace {
+
+// Sets a variable of the environment, or removes it, for a scope.
+class Environment {
+  public:
+    Environment(const char* name, const char* value) : name_(name) {
+        if (const char* old = std::getenv(name))
+            old_ = old, wasSet_ = true;
+        value ? setenv(name, value, 1) : unsetenv(name);
+    }
+    ~Environment() { wasSet_ ? setenv(name_, old_.c_str(), 1) : unsetenv(name_); }
+
+  private:
+    const char* name_;
+    std::string old_;
+    bool wasSet_ = false;
+};
+
+TEST(Device, ListsAndSelects) {
+    const auto devices = Device::list();
+    ASSERT_FALSE(devices.empty());
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        EXPECT_EQ(devices[i].usable, devices[i].missing.empty());
+        if (!devices[i].usable)
+            continue;
+        EXPECT_EQ(Device({.select = std::to_string(i), .validation = false, .portable = false}).info().name, devices[i].name);
+        std::string part = devices[i].name.substr(1);
+        part[0] = char(std::toupper(part[0]));
+        Device({.select = part, .validation = false, .portable = false});
+    }
+    try {
+        Device({.select = "no such device", .validation = false, .portable = false});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_NE(error.cause.find(devices[0].name), std::string::npos) << error.cause;
+    }
+    EXPECT_THROW(Device({.select = std::to_string(devices.size()), .validation = false, .portable = false}), Error);
+}
+
+TEST(Device, SaysWhatToInstallWhenThereIsNone) {
+    const Environment icd("VK_ICD_FILENAMES", "/nonexistent/driver.json"), files("VK_DRIVER_FILES", nullptr);
+    try {
+        Device::list();
+        FAIL() << "a device was found";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
+        EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
+    }
+}
+
+TEST(Device, PortableByEnvironment) {
+    const Environment portable("CMPG_PORTABLE", "1");
+    EXPECT_TRUE(Device({}).portable());
+}
+
+TEST(Device, ThreadsOfTheDriver) {
+    if (test::device().info().name.find("llvmpipe") == std::string::npos) {
+        EXPECT_EQ(test::device().driverThreads(), 1u);
+        return;
+    }
+    const Environment threads("LP_NUM_THREADS", "1");
+    EXPECT_EQ(Device({}).driverThreads(), 1u);
+}
+
+TEST(Device, ValidationFindsAMissingBarrier) {
+    std::unique_ptr<Device> device;
+    try {
+        device = std::make_unique<Device>(Device::Options{.select = {}, .validation = true, .portable = false});
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const Buffer buffer(*device, "buffer", 64, MemoryKind::Transient);
+    Commands commands(*device);
+    commands.fill(buffer, 1);
+    commands.barrier();
+    commands.fill(buffer, 2);
+    EXPECT_NO_THROW(commands.submitAndWait());
+    commands.clear();
+    commands.fill(buffer, 1);
+    commands.fill(buffer, 2);
+    try {
+        commands.submitAndWait();
+        FAIL() << "two writes without a barrier passed";
+    } catch (const Error& error) {
+        EXPECT_NE(error.cause.find("WRITE_AFTER_WRITE"), std::string::npos) << error.cause;
+    }
+}
+
+// lavapipe ends all loops of an invocation after 65 535 iterations in sum and says nothing. Kernels are written with bounds far
+// below that; if this test fails, the driver has changed and the bounds may go.
+TEST(Device, LavapipeEndsLongLoops) {
+    struct Push {
+        std::uint32_t count;
+    };
+    Device& device = test::device();
+    const Kernel kernel(device, "count_iterations");
+    const Buffer result(device, "result", 8, MemoryKind::Transient);
+    const auto iterations = [&](std::uint32_t count) {
+        Commands commands(device);
+        commands.dispatch(kernel, Bindings().set(0, result), 1, Push{count});
+        commands.submitAndWait();
+        return result.downloadAll<std::uint32_t>(1).front();
+    };
+    EXPECT_EQ(iterations(60000), 60000u);
+    if (device.info().name.find("llvmpipe") == std::string::npos)
+        EXPECT_EQ(iterations(200000), 200000u);
+    else
+        EXPECT_LT(iterations(200000), 65600u);
+}
+
+} // namespace
+} // namespace cmpg

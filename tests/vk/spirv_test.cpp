@@ -1,0 +1,81 @@
+// SPIR-V reflection and the table of kernels. Expected values are read off the GLSL of tests/shaders.
+#include "vk/spirv.h"
+#include "vk/spirv_reflection.h"
+
+#include <gtest/gtest.h>
+
+namespace cmpg {
+namespace {
+
+using Resource = KernelInterface::Resource;
+
+std::span<const std::uint32_t> spirv(std::string_view name) { return findKernel(name).full; }
+
+TEST(Reflection, PushConstantsAndResources) {
+    const KernelInterface interface = reflect(spirv("push_layout"));
+    // Scalar layout: mat3 36, vec3 12, uint[3] 12, to 8 bytes 64, uint64 8, float 4.
+    EXPECT_EQ(interface.pushBytes, 76u);
+    EXPECT_EQ(interface.localSize, (std::array<std::uint32_t, 3>{4, 2, 3}));
+    EXPECT_TRUE(interface.int64);
+    EXPECT_FALSE(interface.int64Atomics);
+    EXPECT_FALSE(interface.float64);
+    EXPECT_TRUE(interface.specIds.empty());
+    ASSERT_EQ(interface.bindings.size(), 3u);
+    EXPECT_EQ(interface.bindings[0].number, 3u);
+    EXPECT_EQ(interface.bindings[0].resource, Resource::TexelUint);
+    EXPECT_EQ(interface.bindings[1].number, 11u);
+    EXPECT_EQ(interface.bindings[1].resource, Resource::TexelFloat);
+    EXPECT_EQ(interface.bindings[2].number, 60u);
+    EXPECT_EQ(interface.bindings[2].resource, Resource::Storage);
+}
+
+TEST(Reflection, SpecializedLocalSize) {
+    EXPECT_EQ(reflect(spirv("specialized")).localSize[0], 32u);
+    const std::array<std::uint32_t, 1> constants{128};
+    const KernelInterface interface = reflect(spirv("specialized"), constants);
+    EXPECT_EQ(interface.localSize, (std::array<std::uint32_t, 3>{128, 1, 1}));
+    EXPECT_EQ(interface.specIds, (std::vector<std::uint32_t>{0, 1, 2, 4}));
+    EXPECT_EQ(interface.pushBytes, 0u);
+}
+
+TEST(Reflection, OneBindingDeclaredTwice) {
+    const KernelInterface interface = reflect(spirv("aliased"));
+    ASSERT_EQ(interface.bindings.size(), 1u);
+    EXPECT_EQ(interface.bindings[0].number, 2u);
+}
+
+TEST(Reflection, VariantsDiffer) {
+    const KernelInterface full = reflect(spirv("sum_fixed")), portable = reflect(findKernel("sum_fixed").portable);
+    EXPECT_TRUE(full.int64Atomics);
+    EXPECT_FALSE(portable.int64Atomics || portable.int64);
+}
+
+TEST(Reflection, RefusesWhatIsNoSpirv) {
+    const auto words = spirv("push_layout");
+    EXPECT_THROW(reflect({}), std::invalid_argument);
+    EXPECT_THROW(reflect(words.subspan(1)), std::invalid_argument);
+    // Cut anywhere, the module must be refused or read, never overrun (checked by the sanitizer build).
+    for (std::size_t length = 0; length < words.size(); ++length) {
+        const std::vector<std::uint32_t> cut(words.begin(), words.begin() + std::ptrdiff_t(length));
+        try {
+            reflect(cut);
+        } catch (const std::invalid_argument&) {
+        }
+    }
+}
+
+// Kernels of ours are portable by construction: every one declares what src/vk can bind, in both variants.
+TEST(Reflection, EveryKernelOfTheLibrary) {
+    for (const EmbeddedKernel& kernel : embeddedKernels()) {
+        SCOPED_TRACE(kernel.name);
+        const KernelInterface portable = reflect(kernel.portable);
+        EXPECT_LE(portable.pushBytes, 128u);
+        EXPECT_FALSE(portable.int64 || portable.int64Atomics || portable.float64);
+        for (const auto& binding : portable.bindings)
+            EXPECT_EQ(binding.resource, Resource::Storage) << "binding " << binding.number;
+        EXPECT_LE(reflect(kernel.full).pushBytes, 128u);
+    }
+}
+
+} // namespace
+} // namespace cmpg
