@@ -77,8 +77,13 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         target = chosen.target;
     }
     const View view = viewOf(options, session.scene, camera, options.target.empty() ? &adjoint : &target.image);
-    session.prepare(view, single ? folderOf(options.output) : std::filesystem::path(options.output));
-    if (!options.target.empty()) adjoint = adjointOfLoss(options, report, session, view, target);
+    const std::filesystem::path folder = single ? folderOf(options.output) : std::filesystem::path(options.output);
+    if (options.target.empty()) {
+        session.prepare(view, folder, {Renderer::Mode::Reverse});
+    } else {
+        session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Reverse});
+        adjoint = adjointOfLoss(options, report, session, view, target);
+    }
 
     const Stopwatch watch;
     const std::uint32_t spp = options.effectiveSppGradient();
@@ -136,7 +141,11 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;          // many renders, compared by blocks
     const View view = viewOf(options, session.scene, "", nullptr, options.check ? kCheckWidth : 512);
-    session.prepare(view, options.output.empty() ? std::filesystem::path() : folderOf(options.output));
+    const std::filesystem::path folder = options.output.empty() ? std::filesystem::path() : folderOf(options.output);
+    if (options.check)
+        session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Forward});
+    else
+        session.prepare(view, folder, {Renderer::Mode::Forward});
     bool agrees = true;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();

@@ -72,7 +72,11 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
 
 // Builds the renderer as a rendering would, with every parameter that --param selects differentiable.
 void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    session.prepare(viewOf(options, session.scene, ""), {});
+    const View view = viewOf(options, session.scene, "");
+    if (session.parameters.empty())
+        session.prepare(view, {}, {Renderer::Mode::Render});
+    else
+        session.prepare(view, {}, {Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse});
     auto& features = report.extra["features"] = nlohmann::ordered_json::array();
     out << "features:\n";
     for (const std::string& line : session.renderer().describeFeatures()) {

@@ -103,7 +103,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
-    session.prepare(views.views.front(), options.output);
+    session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
     RendererModel model(session.renderer(), views.views);
     config.stop = &stopOnInterrupt();
 

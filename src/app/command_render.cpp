@@ -31,7 +31,7 @@ ExitCode runRender(const Options& options, Report& report) {
     if (!options.layers.empty()) requireWritableFile(options.layers, ".exr");
     Session session(options, report);
     const View view = viewOf(options, session.scene, "");
-    session.prepare(view, folderOf(options.output));
+    session.prepare(view, folderOf(options.output), {Renderer::Mode::Render}, !options.layers.empty());
 
     const Stopwatch watch;
     Layers layers;

@@ -50,7 +50,7 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
         if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
 }
 
-void Session::prepare(const View& view, const std::filesystem::path& folder) {
+void Session::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers) {
     report_.width = view.width;
     report_.height = view.height;
     if (!device_) device_.emplace(Device::Options{.select = options_.device});
@@ -61,6 +61,7 @@ void Session::prepare(const View& view, const std::filesystem::path& folder) {
     config.lightSampling = !options_.noLightSampling;
     config.memoryBudget = options_.memory << 20;
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
+    renderer_->prepare(modes, layers);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
 
