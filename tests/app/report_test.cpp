@@ -21,9 +21,10 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     const nlohmann::json json = nlohmann::json::parse(report.toJson().dump());
 
     std::vector<std::string> names;
-    for (const auto& [key, value] : json.items()) names.push_back(key);
-    EXPECT_EQ(names, (std::vector<std::string>{"command", "device", "driver", "dropped", "height", "kernels", "loss", "memory", "outputs", "paths", "rays", "seconds",
-                                               "seed", "spp", "width"})); // in the alphabet's order
+    for (const auto& [key, value] : json.items())
+        names.push_back(key);
+    EXPECT_EQ(names, (std::vector<std::string>{"command", "device", "driver", "dropped", "height", "kernels", "loss", "memory", "outputs",
+                                               "paths", "rays", "seconds", "seed", "spp", "width"})); // in the alphabet's order
     EXPECT_EQ(json["command"], "gradient");
     EXPECT_EQ(json["spp"], 12);
     EXPECT_EQ(json["seed"].get<std::uint64_t>(), ~std::uint64_t(0));
