@@ -43,8 +43,8 @@ ProgramResult runProgram(const std::vector<std::string>& arguments, const std::v
         command += e.substr(0, e.find('=') + 1) + quoted(e.substr(e.find('=') + 1)) + " ";
     command += quoted(CMPG_BINARY);
     for (const std::string& a : arguments)
-        command += " " + quoted(a);
-    command += " >" + quoted(folder / "out") + " 2>" + quoted(folder / "err") + " </dev/null";
+        command.append(" ").append(quoted(a));
+    command.append(" >").append(quoted(folder / "out")).append(" 2>").append(quoted(folder / "err")).append(" </dev/null");
     const int status = std::system(command.c_str());
     ProgramResult result;
     result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
