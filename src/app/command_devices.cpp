@@ -12,9 +12,11 @@ ExitCode runListDevices(const Options& options, Report& report) {
     for (std::size_t i = 0; i < devices.size(); ++i) {
         const DeviceInfo& d = devices[i];
         out << i << "  " << d.name << "  (" << d.type << ", " << d.driver << ")";
-        if (!d.usable) out << "  not usable: " << d.missing;
+        if (!d.usable)
+            out << "  not usable: " << d.missing;
         out << '\n';
-        list.push_back({{"index", i}, {"name", d.name}, {"type", d.type}, {"driver", d.driver}, {"usable", d.usable}, {"missing", d.missing}});
+        list.push_back(
+            {{"index", i}, {"name", d.name}, {"type", d.type}, {"driver", d.driver}, {"usable", d.usable}, {"missing", d.missing}});
     }
     return ExitCode::Done;
 }
@@ -28,7 +30,8 @@ ExitCode runVersion(const Options& options, Report& report) {
             out << "device: " << d.name << " (" << d.type << ", " << d.driver << ")\n";
             if (d.usable)
                 out << "  subgroups of " << d.subgroupSize << ", 64-bit atomics: " << (d.int64Atomics ? "yes" : "no")
-                    << ", float64: " << (d.float64 ? "yes" : "no") << ", storage buffers up to " << (d.maxStorageBufferRange >> 20) << " MiB\n";
+                    << ", float64: " << (d.float64 ? "yes" : "no") << ", storage buffers up to " << (d.maxStorageBufferRange >> 20)
+                    << " MiB\n";
             else
                 out << "  not usable: " << d.missing << '\n';
         }

@@ -13,18 +13,22 @@ namespace cmpg {
 namespace {
 
 // Random numbers of the derivative pass; those of the primal pass are independent.
-PassKey derivativeKey(const Options& o) { return {.seed = o.seed, .pass = 1}; }
+PassKey derivativeKey(const Options& o) {
+    return {.seed = o.seed, .pass = 1};
+}
 
 std::vector<std::vector<float>> directionsOf(const Session& session, const std::string& direction) {
     std::vector<std::vector<float>> directions;
-    for (std::uint32_t p : session.parameters) directions.push_back(directionOf(session.scene.parameters[p], direction));
+    for (std::uint32_t p : session.parameters)
+        directions.push_back(directionOf(session.scene.parameters[p], direction));
     return directions;
 }
 
 Image forward(const Options& options, Report& report, Session& session, const View& view) {
     const std::vector<std::vector<float>> directions = directionsOf(session, options.direction);
     const Stopwatch watch;
-    Image gradient = session.renderer().forward(view, options.effectiveSppGradient(), derivativeKey(options), session.parameters, directions);
+    Image gradient =
+        session.renderer().forward(view, options.effectiveSppGradient(), derivativeKey(options), session.parameters, directions);
     report.seconds.gradient += watch.seconds();
     report.spp = options.effectiveSppGradient();
     return gradient;
@@ -33,9 +37,11 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
 // Three channels, as the renderer takes it.
 Image readAdjoint(const std::string& file) {
     Image image = readImage(file).image;
-    if (image.channels == 3) return image;
+    if (image.channels == 3)
+        return image;
     Image grey(image.width, image.height, 3);
-    for (std::size_t i = 0; i < grey.values.size(); ++i) grey.values[i] = image.values[i / 3 * image.channels];
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = image.values[i / 3 * image.channels];
     return grey;
 }
 
@@ -44,7 +50,8 @@ Image adjointOfLoss(const Options& options, Report& report, Session& session, co
     const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed});
     report.seconds.primal = watch.seconds();
     LossResult loss = evaluateLoss(options.loss, image, target.image, target.mask);
-    if (loss.nonFinite > 0) report.dropped["loss.nonfinite"] += loss.nonFinite;
+    if (loss.nonFinite > 0)
+        report.dropped["loss.nonfinite"] += loss.nonFinite;
     report.loss.push_back(loss.value);
     return std::move(loss.adjoint);
 }
@@ -53,7 +60,8 @@ void writeGradients(const Options& options, Report& report, const Session& sessi
     for (std::size_t i = 0; i < session.parameters.size(); ++i) {
         const Parameter& parameter = session.scene.parameters[session.parameters[i]];
         const bool single = session.parameters.size() == 1;
-        const std::filesystem::path file = single ? std::filesystem::path(options.output) : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
+        const std::filesystem::path file = single ? std::filesystem::path(options.output)
+                                                  : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
         writeExr(file, parameterImage(parameter, gradients[i]));
         report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
     }
@@ -77,16 +85,24 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         target = chosen.target;
     }
     const View view = viewOf(options, session.scene, camera, options.target.empty() ? &adjoint : &target.image);
-    session.prepare(view, single ? folderOf(options.output) : std::filesystem::path(options.output));
-    if (!options.target.empty()) adjoint = adjointOfLoss(options, report, session, view, target);
+    const std::filesystem::path folder = single ? folderOf(options.output) : std::filesystem::path(options.output);
+    if (options.target.empty()) {
+        session.prepare(view, folder, {Renderer::Mode::Reverse});
+    } else {
+        session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Reverse});
+        adjoint = adjointOfLoss(options, report, session, view, target);
+    }
 
     const Stopwatch watch;
     const std::uint32_t spp = options.effectiveSppGradient();
-    if (options.target.empty()) report.spp = spp;
+    if (options.target.empty())
+        report.spp = spp;
     PixelSamples samples;
-    if (options.pixelSampling.value_or(PixelSampling::Adjoint) == PixelSampling::Adjoint) samples = sampleCounts(adjoint, spp, derivativeKey(options));
+    if (options.pixelSampling.value_or(PixelSampling::Adjoint) == PixelSampling::Adjoint)
+        samples = sampleCounts(adjoint, spp, derivativeKey(options));
     std::vector<std::vector<double>> gradients;
-    for (std::uint32_t p : session.parameters) gradients.emplace_back(session.scene.parameters[p].entries());
+    for (std::uint32_t p : session.parameters)
+        gradients.emplace_back(session.scene.parameters[p].entries());
     session.renderer().reverse(view, spp, derivativeKey(options), adjoint, samples.counts, samples.weights, gradients);
     report.seconds.gradient = watch.seconds();
 
@@ -96,8 +112,10 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
 }
 
 nlohmann::ordered_json toJson(const Comparison& c) {
-    return {{"what", c.what}, {"forward", c.forward}, {"finite", c.finite}, {"standard_error", c.standardError}, {"z", c.z()},
-            {"relative_error", c.relativeError()}, {"power", c.power()}, {"probability", c.probability}};
+    return {{"what", c.what},     {"forward", c.forward},
+            {"finite", c.finite}, {"standard_error", c.standardError},
+            {"z", c.z()},         {"relative_error", c.relativeError()},
+            {"power", c.power()}, {"probability", c.probability}};
 }
 
 bool checkParameter(const Options& options, Report& report, Session& session, const View& view, std::uint32_t index) {
@@ -110,7 +128,8 @@ bool checkParameter(const Options& options, Report& report, Session& session, co
     const std::uint32_t parameters[] = {index};
     subject.forward = [&](std::uint32_t repetition) {
         const Stopwatch watch;
-        Image image = session.renderer().forward(view, options.effectiveSppGradient(), {.seed = options.seed, .step = repetition, .pass = 1}, parameters, direction);
+        Image image = session.renderer().forward(view, options.effectiveSppGradient(),
+                                                 {.seed = options.seed, .step = repetition, .pass = 1}, parameters, direction);
         report.seconds.gradient += watch.seconds();
         return image;
     };
@@ -125,22 +144,32 @@ bool checkParameter(const Options& options, Report& report, Session& session, co
     const CheckResult result = checkGradient(subject);
     textOut(options) << describe(result, parameter.name, options.direction) << std::flush;
     auto comparisons = nlohmann::ordered_json::array();
-    for (const Comparison& c : result.comparisons) comparisons.push_back(toJson(c));
-    report.extra["check"].push_back({{"parameter", parameter.name}, {"step", result.step}, {"agrees", result.agrees()},
-                                     {"threshold", result.threshold}, {"comparisons", comparisons}});
+    for (const Comparison& c : result.comparisons)
+        comparisons.push_back(toJson(c));
+    report.extra["check"].push_back({{"parameter", parameter.name},
+                                     {"step", result.step},
+                                     {"agrees", result.agrees()},
+                                     {"threshold", result.threshold},
+                                     {"comparisons", comparisons}});
     return result.agrees();
 }
 
 ExitCode runForward(const Options& options, Report& report, Session& session) {
-    if (!options.output.empty()) requireWritableFile(options.output, ".exr");
+    if (!options.output.empty())
+        requireWritableFile(options.output, ".exr");
     directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;          // many renders, compared by blocks
     const View view = viewOf(options, session.scene, "", nullptr, options.check ? kCheckWidth : 512);
-    session.prepare(view, options.output.empty() ? std::filesystem::path() : folderOf(options.output));
+    const std::filesystem::path folder = options.output.empty() ? std::filesystem::path() : folderOf(options.output);
+    if (options.check)
+        session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Forward});
+    else
+        session.prepare(view, folder, {Renderer::Mode::Forward});
     bool agrees = true;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();
-        for (std::uint32_t p : session.parameters) agrees = checkParameter(options, report, session, view, p) && agrees;
+        for (std::uint32_t p : session.parameters)
+            agrees = checkParameter(options, report, session, view, p) && agrees;
     }
     if (options.output.empty()) {
         session.finish();

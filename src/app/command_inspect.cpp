@@ -19,7 +19,8 @@ std::string rangeText(const Parameter& p) {
 }
 
 std::string valueText(const Parameter& p) {
-    if (p.entries() != p.channels || p.values.empty()) return "";
+    if (p.entries() != p.channels || p.values.empty())
+        return "";
     std::string text = "  =";
     for (const float v : p.values) {
         char number[24];
@@ -31,7 +32,8 @@ std::string valueText(const Parameter& p) {
 
 void listParameters(std::ostream& out, Report& report, const Scene& scene) {
     std::size_t longest = 0;
-    for (const Parameter& p : scene.parameters) longest = std::max(longest, p.name.size());
+    for (const Parameter& p : scene.parameters)
+        longest = std::max(longest, p.name.size());
     auto& list = report.extra["parameters"] = nlohmann::ordered_json::array();
     out << "parameters (linear values; name, size, range):\n";
     for (const Parameter& p : scene.parameters) {
@@ -39,8 +41,13 @@ void listParameters(std::ostream& out, Report& report, const Scene& scene) {
         name.resize(longest + 2, ' ');
         size.resize(11, ' ');
         out << "  " << name << size << (p.channels == 3 ? "rgb     " : "scalar  ") << rangeText(p) << valueText(p) << '\n';
-        list.push_back({{"name", p.name}, {"width", p.width}, {"height", p.height}, {"channels", p.channels}, {"textured", p.textured},
-                        {"lowest", p.lowest()}, {"highest", std::isinf(p.highest()) ? nlohmann::ordered_json() : nlohmann::ordered_json(p.highest())}});
+        list.push_back({{"name", p.name},
+                        {"width", p.width},
+                        {"height", p.height},
+                        {"channels", p.channels},
+                        {"textured", p.textured},
+                        {"lowest", p.lowest()},
+                        {"highest", std::isinf(p.highest()) ? nlohmann::ordered_json() : nlohmann::ordered_json(p.highest())}});
     }
 }
 
@@ -72,7 +79,11 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
 
 // Builds the renderer as a rendering would, with every parameter that --param selects differentiable.
 void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    session.prepare(viewOf(options, session.scene, ""), {});
+    const View view = viewOf(options, session.scene, "");
+    if (session.parameters.empty())
+        session.prepare(view, {}, {Renderer::Mode::Render});
+    else
+        session.prepare(view, {}, {Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse});
     auto& features = report.extra["features"] = nlohmann::ordered_json::array();
     out << "features:\n";
     for (const std::string& line : session.renderer().describeFeatures()) {

@@ -80,7 +80,8 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
     ContactSheet sheet;
     char numbers[96] = "";
     if (!report.loss.empty())
-        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss), report.loss.front(), report.loss.back());
+        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss),
+                      report.loss.front(), report.loss.back());
     sheet.title = std::filesystem::path(options.input).filename().string() + numbers;
     for (std::size_t v = 0; v < views.views.size(); ++v)
         sheet.views.push_back({views.names[v], run.config().targets[v].image, folder.initialImages().at(v), folder.finalImages().at(v)});
@@ -103,7 +104,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
-    session.prepare(views.views.front(), options.output);
+    session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
     RendererModel model(session.renderer(), views.views);
     config.stop = &stopOnInterrupt();
 
@@ -120,17 +121,22 @@ ExitCode runOptimize(const Options& options, Report& report) {
         report.seconds.primal += step.secondsPrimal;
         report.seconds.gradient += step.secondsGradient;
         report.seconds.optimizer += step.secondsUpdate;
-        if (step.dropped > 0) report.dropped["optimize.nonfinite"] += step.dropped;
+        if (step.dropped > 0)
+            report.dropped["optimize.nonfinite"] += step.dropped;
         folder.appendStep(step);
-        if (!options.quiet) progress.update(step);
+        if (!options.quiet)
+            progress.update(step);
     });
-    if (!options.quiet) progress.finish();
+    if (!options.quiet)
+        progress.finish();
 
     folder.writeFinal(run, pictureSpp);
-    for (const auto& [name, path] : folder.outputs()) report.outputs.emplace_back(name, path.string());
+    for (const auto& [name, path] : folder.outputs())
+        report.outputs.emplace_back(name, path.string());
     writeContactSheet(options, run, folder, views, report);
     session.finish();
-    if (!options.quiet) textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
+    if (!options.quiet)
+        textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
     return done ? ExitCode::Done : ExitCode::Interrupted;
 }
 

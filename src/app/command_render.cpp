@@ -12,7 +12,8 @@ void writeLayers(const std::string& file, const Layers& layers) {
         int channel = 0;
         for (const char* name : names) {
             Image plane(image.width, image.height, 1);
-            for (std::size_t p = 0; p < image.pixels(); ++p) plane.values[p] = image.values[p * image.channels + channel];
+            for (std::size_t p = 0; p < image.pixels(); ++p)
+                plane.values[p] = image.values[p * image.channels + channel];
             named.emplace_back(name, std::move(plane));
             ++channel;
         }
@@ -28,14 +29,16 @@ void writeLayers(const std::string& file, const Layers& layers) {
 
 ExitCode runRender(const Options& options, Report& report) {
     requireWritableFile(options.output, ".exr");
-    if (!options.layers.empty()) requireWritableFile(options.layers, ".exr");
+    if (!options.layers.empty())
+        requireWritableFile(options.layers, ".exr");
     Session session(options, report);
     const View view = viewOf(options, session.scene, "");
-    session.prepare(view, folderOf(options.output));
+    session.prepare(view, folderOf(options.output), {Renderer::Mode::Render}, !options.layers.empty());
 
     const Stopwatch watch;
     Layers layers;
-    const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
+    const Image image =
+        session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
     report.seconds.primal = watch.seconds();
 
     writeExr(options.output, image);

@@ -2,7 +2,6 @@
 #include "app/commands.h"
 #include "app/output.h"
 #include "app/signed_colors.h"
-#include "base/log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +16,7 @@ Image exposed(const Image& image, float exposure) {
     for (std::size_t p = 0; p < image.pixels(); ++p)
         for (int c = 0; c < 3; ++c) {
             const float value = image.values[p * image.channels + std::min(c, image.channels - 1)];
-            result.values[p * 3 + c] = std::isfinite(value) ? std::clamp(value * factor, 0.f, 1.f) : value > 0 ? 1.f : 0.f;
+            result.values[p * 3 + c] = std::clamp(value * factor, 0.f, 1.f);
         }
     return result;
 }
@@ -40,11 +39,6 @@ ExitCode runView(const Options& options, Report& report) {
     const Image image = readImage(options.input).image;
     report.width = image.width;
     report.height = image.height;
-    const auto bad = std::count_if(image.values.begin(), image.values.end(), [](float v) { return !std::isfinite(v); });
-    if (bad > 0) {
-        logWarn(std::to_string(bad) + " values are not finite");
-        report.dropped["view.nonfinite"] = std::uint64_t(bad);
-    }
     if (options.isSigned) {
         const Image values = channelMean(image);
         const double scale = (options.scale ? double(*options.scale) : signedScale(values)) * std::exp2(-double(options.exposure));

@@ -19,8 +19,10 @@ float commonFactor(const std::vector<ContactSheet::ViewRow>& views) {
     std::vector<float> values;
     for (const auto& row : views)
         for (const float v : row.target.values)
-            if (std::isfinite(v)) values.push_back(v);
-    if (values.empty()) return 1;
+            if (std::isfinite(v))
+                values.push_back(v);
+    if (values.empty())
+        return 1;
     const auto place = values.begin() + std::ptrdiff_t(0.99 * double(values.size() - 1));
     std::nth_element(values.begin(), place, values.end());
     return *place > 1 || (*place > 0 && *place < 0.5f) ? 1 / *place : 1;
@@ -28,16 +30,20 @@ float commonFactor(const std::vector<ContactSheet::ViewRow>& views) {
 
 Image scaled(const Image& image, float factor) {
     Image result = image;
-    for (float& v : result.values) v = std::isfinite(v) ? std::clamp(v * factor, 0.f, 1.f) : 0.f;
+    for (float& v : result.values)
+        v = std::isfinite(v) ? std::clamp(v * factor, 0.f, 1.f) : 0.f;
     return result;
 }
 
 // As many characters as fit the width of a panel.
-std::string fitted(const std::string& text) { return text.substr(0, kPanel / Canvas::textWidth("mm") * 2); }
+std::string fitted(const std::string& text) {
+    return text.substr(0, kPanel / Canvas::textWidth("mm") * 2);
+}
 
 void drawPicture(Canvas& canvas, int x, int y, const std::string& caption, const Image& image, float factor) {
     canvas.text(x, y, fitted(caption));
-    if (!image.values.empty()) canvas.picture(x, y + kCaption, kPanel, kPanel, scaled(image, factor));
+    if (!image.values.empty())
+        canvas.picture(x, y + kCaption, kPanel, kPanel, scaled(image, factor));
 }
 
 void drawGradient(Canvas& canvas, int x, int y, const ContactSheet::GradientPanel& panel) {
@@ -64,7 +70,8 @@ Image ContactSheet::compose() const {
             drawPicture(canvas, kMargin + kStride, y, "initial", view.initial, factor);
             drawPicture(canvas, kMargin + 2 * kStride, y, "recovered", view.recovered, factor);
         }
-        if (std::size_t(row) < gradients.size()) drawGradient(canvas, kMargin + 3 * kStride, y, gradients[row]);
+        if (std::size_t(row) < gradients.size())
+            drawGradient(canvas, kMargin + 3 * kStride, y, gradients[row]);
     }
     const int x = kMargin + 4 * kStride;
     canvas.text(x, kTitle, "loss");

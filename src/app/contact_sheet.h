@@ -10,7 +10,7 @@ namespace cmpg {
 
 struct ContactSheet {
     struct ViewRow {
-        std::string name;                // of the camera; may be empty
+        std::string name;                 // of the camera; may be empty
         Image target, initial, recovered; // linear, 3 channels
     };
     struct GradientPanel {
@@ -18,7 +18,7 @@ struct ContactSheet {
         Image gradient;   // in the parameter's own shape
     };
     std::string title;
-    std::vector<ViewRow> views;            // one row each
+    std::vector<ViewRow> views;           // one row each
     std::vector<GradientPanel> gradients; // shown beside the rows, as many as there is room for
     std::vector<double> loss;
 

@@ -24,19 +24,19 @@ constexpr std::uint32_t kCheckRepetitions = 16;
 constexpr int kCheckBlocks = 8; // per side of the image
 
 struct Comparison {
-    std::string what;                 // "red mean", "block 3,5" (column, row)
-    double forward = 0, finite = 0;   // means over the repetitions
-    double standardError = 0;         // joint
-    double systematic = 0;            // bound of truncation and rounding of the finite difference
-    double probability = 1;           // of so large a deviation by chance
+    std::string what;               // "red mean", "block 3,5" (column, row)
+    double forward = 0, finite = 0; // means over the repetitions
+    double standardError = 0;       // joint
+    double systematic = 0;          // bound of truncation and rounding of the finite difference
+    double probability = 1;         // of so large a deviation by chance
     double z() const { return standardError > 0 ? (forward - finite) / standardError : 0; }
-    double relativeError() const;     // of the finite difference
-    double power() const;             // smallest relative error that would stand out by 3 standard errors
-    bool vanishes() const;            // both sides are zero within their errors: no relative error to speak of
+    double relativeError() const; // of the finite difference
+    double power() const;         // smallest relative error that would stand out by 3 standard errors
+    bool vanishes() const;        // both sides are zero within their errors: no relative error to speak of
 };
 
 struct CheckResult {
-    double step = 0; // of the stencil, in units of the direction
+    double step = 0;                     // of the stencil, in units of the direction
     std::vector<Comparison> comparisons; // the mean of each channel, then the blocks
     double threshold = 0;                // a comparison with a lower probability is a disagreement
     bool agrees() const;

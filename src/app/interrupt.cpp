@@ -19,7 +19,8 @@ void exitNow(int) {
 }
 
 void requestStop(int signal) {
-    if (stopRequested.exchange(true)) exitNow(signal);
+    if (stopRequested.exchange(true))
+        exitNow(signal);
 }
 
 void handle(void (*handler)(int)) {
@@ -34,6 +35,8 @@ const std::atomic<bool>& stopOnInterrupt() {
     return stopRequested;
 }
 
-void exitOnInterrupt() { handle(exitNow); }
+void exitOnInterrupt() {
+    handle(exitNow);
+}
 
 } // namespace cmpg

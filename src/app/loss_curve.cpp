@@ -42,7 +42,8 @@ void logarithmicTicks(CurveAxes& axes) {
     for (int decade = first; decade <= last; decade += stride)
         for (const double mantissa : {1.0, 2.0, 5.0}) {
             const double tick = mantissa * std::pow(10.0, decade);
-            if (tick >= axes.low * (1 - 1e-9) && tick <= axes.high * (1 + 1e-9) && (mantissa == 1 || fewDecades)) axes.ticks.push_back(tick);
+            if (tick >= axes.low * (1 - 1e-9) && tick <= axes.high * (1 + 1e-9) && (mantissa == 1 || fewDecades))
+                axes.ticks.push_back(tick);
         }
 }
 
@@ -54,11 +55,14 @@ void linearTicks(CurveAxes& axes) {
 
 } // namespace
 
-double CurveAxes::across(double step) const { return step / steps; }
+double CurveAxes::across(double step) const {
+    return step / steps;
+}
 
 double CurveAxes::up(double value) const {
-    if (!logarithmic) return (value - low) / (high - low);
-    return std::log(std::max(value, low) / low) / std::log(high / low);
+    if (!logarithmic)
+        return (value - low) / (high - low);
+    return (std::log(std::max(value, low)) - std::log(low)) / (std::log(high) - std::log(low));
 }
 
 CurveAxes axesOf(std::span<const double> loss) {
@@ -67,7 +71,8 @@ CurveAxes axesOf(std::span<const double> loss) {
     double low = 0, high = 0;
     bool any = false;
     for (const double v : loss) {
-        if (!std::isfinite(v)) continue;
+        if (!std::isfinite(v))
+            continue;
         low = any ? std::min(low, v) : v;
         high = any ? std::max(high, v) : v;
         any = true;
@@ -105,7 +110,8 @@ void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::spa
         return std::pair{left + axes.across(double(i)) * (right - left), bottom - axes.up(loss[i]) * (bottom - top)};
     };
     for (std::size_t i = 0; i < loss.size(); ++i) {
-        if (!std::isfinite(loss[i])) continue;
+        if (!std::isfinite(loss[i]))
+            continue;
         const auto [x1, y1] = place(i);
         const auto [x0, y0] = i > 0 && std::isfinite(loss[i - 1]) ? place(i - 1) : std::pair{x1, y1};
         canvas.line(x0, y0, x1, y1, blue, 2);
@@ -123,8 +129,9 @@ std::string lossCurveSvg(std::span<const double> loss, const std::string& title)
         std::snprintf(text, sizeof text, format, values...);
         svg += text;
     };
-    add("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\">\n", kWidth,
-        kHeight, kWidth, kHeight);
+    add("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" "
+        "font-size=\"12\">\n",
+        kWidth, kHeight, kWidth, kHeight);
     svg += "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
     svg += "<text x=\"70\" y=\"22\" font-size=\"14\">" + escaped(title) + "</text>\n";
     for (const double tick : axes.ticks) {
@@ -139,7 +146,8 @@ std::string lossCurveSvg(std::span<const double> loss, const std::string& title)
     bool drawing = false;
     for (std::size_t i = 0; i < loss.size(); ++i) {
         const bool finite = std::isfinite(loss[i]);
-        if (finite) add("%c%.2f %.2f", drawing ? 'L' : 'M', px(double(i)), py(loss[i]));
+        if (finite)
+            add("%c%.2f %.2f", drawing ? 'L' : 'M', px(double(i)), py(loss[i]));
         drawing = finite;
     }
     return svg + "\"/>\n</svg>\n";

@@ -15,8 +15,8 @@ struct CurveAxes {
     std::vector<double> ticks; // on the vertical axis
     double steps = 1;          // end of the horizontal axis
 
-    double across(double step) const;  // 0 at the left, 1 at the right
-    double up(double value) const;     // 0 at the bottom, 1 at the top
+    double across(double step) const; // 0 at the left, 1 at the right
+    double up(double value) const;    // 0 at the bottom, 1 at the top
 };
 CurveAxes axesOf(std::span<const double> loss);
 

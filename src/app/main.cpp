@@ -12,14 +12,22 @@ using namespace cmpg;
 
 ExitCode dispatch(const Options& options, Report& report) {
     switch (options.command) {
-    case Command::Render: return runRender(options, report);
-    case Command::Gradient: return runGradient(options, report);
-    case Command::Optimize: return runOptimize(options, report);
-    case Command::Inspect: return runInspect(options, report);
-    case Command::View: return runView(options, report);
-    case Command::ListDevices: return runListDevices(options, report);
-    case Command::Version: return runVersion(options, report);
-    case Command::None: break;
+    case Command::Render:
+        return runRender(options, report);
+    case Command::Gradient:
+        return runGradient(options, report);
+    case Command::Optimize:
+        return runOptimize(options, report);
+    case Command::Inspect:
+        return runInspect(options, report);
+    case Command::View:
+        return runView(options, report);
+    case Command::ListDevices:
+        return runListDevices(options, report);
+    case Command::Version:
+        return runVersion(options, report);
+    case Command::None:
+        break;
     }
     return ExitCode::Usage;
 }
@@ -29,16 +37,20 @@ ExitCode run(int argc, char** argv) {
     setQuiet(options.quiet);
     Report report(options);
     const ExitCode code = dispatch(options, report);
-    if (options.json) std::cout << report.toJson().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+    if (options.json)
+        std::cout << report.toJson().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
     std::cout.flush();
-    if (!std::cout) throw Error(ExitCode::Output, "cannot write to standard output", "it was closed, or the disk is full");
+    if (!std::cout)
+        throw Error(ExitCode::Output, "cannot write to standard output", "it was closed, or the disk is full");
     return code;
 }
 
 ExitCode explain(const Error& e) {
     std::cerr << "cmpg-vk: " << e.what() << '\n';
-    if (!e.cause.empty()) std::cerr << "  cause:  " << e.cause << '\n';
-    if (!e.remedy.empty()) std::cerr << "  remedy: " << e.remedy << '\n';
+    if (!e.cause.empty())
+        std::cerr << "  cause:  " << e.cause << '\n';
+    if (!e.remedy.empty())
+        std::cerr << "  remedy: " << e.remedy << '\n';
     return e.code;
 }
 

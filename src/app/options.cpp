@@ -26,51 +26,80 @@ Exit codes: 0 done, 1 a check failed or a target was not reached, 2 usage, 3 sce
 
 template <class E, std::size_t N> CLI::CheckedTransformer oneOf(const EnumName<E> (&names)[N]) {
     std::vector<std::pair<std::string, E>> map;
-    for (const auto& n : names) map.emplace_back(n.name, n.value);
+    for (const auto& n : names)
+        map.emplace_back(n.name, n.value);
     return CLI::CheckedTransformer(map);
 }
 
 template <class E, std::size_t N> std::string listOf(const EnumName<E> (&names)[N]) {
     std::string list;
-    for (const auto& n : names) list += (list.empty() ? "" : "|") + std::string(n.name);
+    for (const auto& n : names)
+        list += (list.empty() ? "" : "|") + std::string(n.name);
     return list;
 }
 
 template <class E, std::size_t N, class Field>
-CLI::Option* addEnum(CLI::App& app, const std::string& name, Field& field, const EnumName<E> (&names)[N], const char* initial, const std::string& help) {
+CLI::Option* addEnum(CLI::App& app, const std::string& name, Field& field, const EnumName<E> (&names)[N], const char* initial,
+                     const std::string& help) {
     return app.add_option(name, field, help)->transform(oneOf(names))->option_text(listOf(names) + "  [" + initial + "]");
 }
 
+// The parser turns -1 into the largest number.
+std::string requireWholeNumber(const std::string& text) {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    return digits ? "" : "needs a whole number from 0, not '" + text + "'";
+}
+
+template <class Field> CLI::Option* addCount(CLI::App& app, const std::string& name, Field& field, const std::string& help) {
+    return app.add_option(name, field, help)->check(requireWholeNumber, "");
+}
+
 // Text after an option's name: the kind of its value and the default.
-std::string kind(const std::string& value, const std::string& initial) { return value + "  [" + initial + "]"; }
+std::string kind(const std::string& value, const std::string& initial) {
+    return value + "  [" + initial + "]";
+}
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    app.add_option("--spp", o.spp, "Samples per pixel of an image")
-        ->option_text(kind("N", "64; optimize, --check: 16"))->group(sampling);
-    app.add_option("--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
-        ->option_text(kind("N", "as --spp; optimize: 4"))->group(sampling);
-    app.add_option("--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
-    addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")->group(sampling);
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, --check: 16"))->group(sampling);
+    addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
+        ->option_text(kind("N", "as --spp; optimize: 4"))
+        ->group(sampling);
+    addCount(app, "--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
+    addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")
+        ->group(sampling);
     app.add_option("--sampling", o.sampling, "How directions are drawn: from the materials, with light sampling and MIS")
-        ->option_text("bsdf  [bsdf]")->group(sampling);
+        ->option_text("bsdf  [bsdf]")
+        ->group(sampling);
     app.add_flag("--no-nee", o.noLightSampling, "No light sampling: emitters are only found by chance")->group(sampling);
     addEnum(app, "--pixel-sampling", o.pixelSampling, kPixelSamplings, "adjoint",
-            "Reverse mode: the same samples everywhere, or more where the adjoint is large")->group(sampling);
+            "Reverse mode: the same samples everywhere, or more where the adjoint is large")
+        ->group(sampling);
 
     const std::string scene = "Scene (any command)";
-    app.add_option("--width", o.width, "Width of the image in pixels")->option_text(kind("N", "as the target or adjoint, else 512; --check: 128"))->group(scene);
-    app.add_option("--height", o.height, "Height of the image in pixels")->option_text(kind("N", "from the camera's aspect ratio"))->group(scene);
+    addCount(app, "--width", o.width, "Width of the image in pixels")
+        ->option_text(kind("N", "as the target or adjoint, else 512; --check: 128"))
+        ->group(scene);
+    addCount(app, "--height", o.height, "Height of the image in pixels")
+        ->option_text(kind("N", "from the camera's aspect ratio"))
+        ->group(scene);
     app.add_option("--camera", o.camera, "Camera of the scene")->option_text(kind("NAME", "the first"))->group(scene);
-    app.add_option("--max-depth", o.maxDepth, "Segments of a path; 1 = only lights seen directly")
-        ->option_text(kind("N", "the scene's, else 8"))->group(scene);
+    addCount(app, "--max-depth", o.maxDepth, "Segments of a path; 1 = only lights seen directly")
+        ->option_text(kind("N", "the scene's, else 8"))
+        ->group(scene);
     app.add_option("--set", o.set,
                    "Give a parameter a value: P=0.5, P=r,g,b (fills every entry) or P=FILE (of its own size). P may be a glob. Repeats")
-        ->option_text("P=VALUE|FILE")->allow_extra_args(false)->group(scene);
+        ->option_text("P=VALUE|FILE")
+        ->allow_extra_args(false)
+        ->group(scene);
 
     const std::string run = "Running (any command)";
-    app.add_option("--device", o.device, "Number or part of the name of a device of --list-devices")->option_text(kind("DEVICE", "the best"))->group(run);
-    app.add_option("--memory", o.memory, "Budget of transient device memory; results do not depend on it")->option_text(kind("MiB", "1024"))->group(run);
+    app.add_option("--device", o.device, "Number or part of the name of a device of --list-devices")
+        ->option_text(kind("DEVICE", "the best"))
+        ->group(run);
+    addCount(app, "--memory", o.memory, "Budget of transient device memory; results do not depend on it")
+        ->option_text(kind("MiB", "1024"))
+        ->group(run);
     app.add_option("-o,--output", o.output, "File or folder to write")->option_text("PATH")->group(run);
     app.add_option("--config", o.config, "Start from the options of a run.json")->option_text("FILE")->group(run);
     app.add_flag("--json", o.json, "Print one JSON object on stdout, everything else on stderr")->group(run);
@@ -79,8 +108,10 @@ void addCommon(CLI::App& app, Options& o) {
 }
 
 void addTarget(CLI::App& app, Options& o) {
-    app.add_option("--target", o.target, "Image the loss compares with: .exr .hdr .png .jpg. Of one camera by CAMERA=FILE; repeats in optimize")
-        ->option_text("[CAMERA=]FILE")->allow_extra_args(false);
+    app.add_option("--target", o.target,
+                   "Image the loss compares with: .exr .hdr .png .jpg. Of one camera by CAMERA=FILE; repeats in optimize")
+        ->option_text("[CAMERA=]FILE")
+        ->allow_extra_args(false);
     addEnum(app, "--loss", o.loss, kLosses, "mse", "Mean over pixels and channels");
     app.add_option("--mask", o.mask, "Image whose mean channel weights the pixels of the loss")->option_text("FILE");
     app.add_option("--target-exposure", o.targetExposure, "Multiply targets by 2^E")->option_text(kind("E", "0"));
@@ -105,26 +136,33 @@ void addCommands(CLI::App& app, Options& o) {
     CLI::App* gradient = addCommand(app, o, Command::Gradient, "Differentiate the image, or a loss of it", scene);
     addParameters(*gradient, o);
     gradient
-        ->add_option("--direction", o.direction,
-                     "Forward mode: image derivative when every entry grows alike (one), in proportion to its value (self), or along an image")
+        ->add_option(
+            "--direction", o.direction,
+            "Forward mode: image derivative when every entry grows alike (one), in proportion to its value (self), or along an image")
         ->option_text(kind("one|self|FILE", "one"));
-    gradient->add_option("--adjoint", o.adjoint, "Reverse mode: adjoint^T . dI/dP for this image, in P's own shape")->option_text("FILE.exr");
+    gradient->add_option("--adjoint", o.adjoint, "Reverse mode: adjoint^T . dI/dP for this image, in P's own shape")
+        ->option_text("FILE.exr");
     addTarget(*gradient, o);
     gradient->add_flag("--check", o.check, "Compare the forward gradient with finite differences; exit code 1 if they disagree");
 
     CLI::App* optimize = addCommand(app, o, Command::Optimize, "Recover parameters from target images: -o FOLDER", scene);
     addParameters(*optimize, o);
     addTarget(*optimize, o);
-    optimize->add_option("--steps", o.steps, "Steps")->option_text(kind("N", "200"));
+    addCount(*optimize, "--steps", o.steps, "Steps")->option_text(kind("N", "200"));
     addEnum(*optimize, "--optimizer", o.optimizer, kOptimizers, "adam", "Update rule");
     optimize->add_option("--rate", o.rate, "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats")
-        ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))->allow_extra_args(false);
+        ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))
+        ->allow_extra_args(false);
     addEnum(*optimize, "--schedule", o.schedule, kSchedules, "constant", "How the rate falls");
-    optimize->add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")->option_text(kind("F", "0.1"));
-    optimize->add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")->option_text(kind("W", "0"));
+    optimize->add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")
+        ->option_text(kind("F", "0.1"));
+    optimize->add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
+        ->option_text(kind("W", "0"));
 
     CLI::App* inspect = addCommand(app, o, Command::Inspect, "Cameras, materials, parameters, features and memory of a scene", scene);
-    inspect->add_option("--param", o.param, "Parameter that is to be differentiable, for features and memory. Repeats")->option_text("P")->allow_extra_args(false);
+    inspect->add_option("--param", o.param, "Parameter that is to be differentiable, for features and memory. Repeats")
+        ->option_text("P")
+        ->allow_extra_args(false);
 
     CLI::App* view = addCommand(app, o, Command::View, "Make an EXR image into a PNG to look at: -o FILE.png", "Image");
     view->add_flag("--signed", o.isSigned, "Signed data: blue below zero, orange above, with the scale");
@@ -137,8 +175,10 @@ std::string findConfig(int argc, const char* const* argv) {
     std::string file;
     for (int i = 1; i < argc; ++i) {
         const std::string arg = argv[i];
-        if (arg == "--config" && i + 1 < argc) file = argv[i + 1];
-        if (arg.rfind("--config=", 0) == 0) file = arg.substr(9);
+        if (arg == "--config" && i + 1 < argc)
+            file = argv[i + 1];
+        if (arg.rfind("--config=", 0) == 0)
+            file = arg.substr(9);
     }
     return file;
 }
@@ -161,23 +201,27 @@ void readConfig(const std::string& file, Options& options) {
 
 const char* commandName(Command command) {
     for (const auto& c : kCommands)
-        if (c.value == command) return c.name;
+        if (c.value == command)
+            return c.name;
     return "";
 }
 
 std::uint32_t Options::effectiveSpp() const {
-    if (spp) return *spp;
+    if (spp)
+        return *spp;
     return command == Command::Optimize || check ? 16 : 64;
 }
 
 std::uint32_t Options::effectiveSppGradient() const {
-    if (sppGradient) return *sppGradient;
+    if (sppGradient)
+        return *sppGradient;
     return command == Command::Optimize ? 4 : effectiveSpp();
 }
 
 Options parseOptions(int argc, const char* const* argv) {
     Options o;
-    if (const std::string config = findConfig(argc, argv); !config.empty()) readConfig(config, o);
+    if (const std::string config = findConfig(argc, argv); !config.empty())
+        readConfig(config, o);
     CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
     app.set_help_flag("-h,--help", "This text; after a command, that command alone");
     app.get_formatter()->column_width(44);
@@ -192,15 +236,19 @@ Options parseOptions(int argc, const char* const* argv) {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
         const auto chosen = app.get_subcommands();
-        if (!chosen.empty()) throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
+        if (!chosen.empty())
+            throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
         throw HelpRequested{app.help("", CLI::AppFormatMode::All)};
     } catch (const CLI::ParseError& e) {
         throw Error(ExitCode::Usage, e.what(), "", "see cmpg-vk --help");
     }
     for (const auto& c : kCommands)
-        if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name)) o.command = c.value;
-    if (listDevices) o.command = Command::ListDevices;
-    if (version) o.command = Command::Version;
+        if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name))
+            o.command = c.value;
+    if (listDevices)
+        o.command = Command::ListDevices;
+    if (version)
+        o.command = Command::Version;
     validate(o);
     return o;
 }

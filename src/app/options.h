@@ -19,9 +19,9 @@ const char* commandName(Command command);
 
 struct Options {
     Command command = Command::None;
-    std::string input;       // the scene, or the image of `view`
-    std::string output;      // -o
-    std::string config;      // --config
+    std::string input;  // the scene, or the image of `view`
+    std::string output; // -o
+    std::string config; // --config
     bool headless = false, json = false, quiet = false;
 
     // Common to all commands. Unset optionals depend on the command: see effectiveSpp() and the like.
@@ -29,8 +29,8 @@ struct Options {
     std::optional<std::uint32_t> width, height, maxDepth;
     std::string camera; // empty: the first
     std::uint64_t seed = 0;
-    std::string device; // empty: the best
-    std::uint64_t memory = 1024; // MiB
+    std::string device;           // empty: the best
+    std::uint64_t memory = 1024;  // MiB
     std::vector<std::string> set; // "P=VALUE" or "P=FILE"
     Sampler sampler = Sampler::Sobol;
     std::string sampling = "bsdf";
@@ -97,9 +97,8 @@ inline constexpr EnumName<Loss> kLosses[] = {
 inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
 inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
-inline constexpr EnumName<Command> kCommands[] = {{Command::Render, "render"},   {Command::Gradient, "gradient"},
-                                                  {Command::Optimize, "optimize"}, {Command::Inspect, "inspect"},
-                                                  {Command::View, "view"},       {Command::ListDevices, "list-devices"},
-                                                  {Command::Version, "version"}};
+inline constexpr EnumName<Command> kCommands[] = {
+    {Command::Render, "render"}, {Command::Gradient, "gradient"},        {Command::Optimize, "optimize"}, {Command::Inspect, "inspect"},
+    {Command::View, "view"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
 
 } // namespace cmpg

@@ -58,19 +58,20 @@ template <class O, class V> void visitView(O& o, V&& v) {
     v("scale", o.scale);
 }
 
-[[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") { throw Error(ExitCode::Usage, what, "", remedy); }
+[[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {
+    throw Error(ExitCode::Usage, what, "", remedy);
+}
 
 template <class T> struct IsOptional : std::false_type {};
-template <class T> struct IsOptional<std::optional<T>> : std::true_type {
-    using Value = T;
-};
+template <class T> struct IsOptional<std::optional<T>> : std::true_type { using Value = T; };
 
 // Shortest decimal that reads back as the same float: 0.1f is 0.1 in the file.
 double shortDecimal(float value) {
     char text[32];
     for (int digits = 6; digits <= 9; ++digits) {
         std::snprintf(text, sizeof text, "%.*g", digits, double(value));
-        if (std::strtof(text, nullptr) == value) break;
+        if (std::strtof(text, nullptr) == value)
+            break;
     }
     return std::strtod(text, nullptr);
 }
@@ -80,21 +81,25 @@ struct Writer {
 
     template <class T> void operator()(const char* key, const T& field) {
         if constexpr (IsOptional<T>::value) {
-            if (field) (*this)(key, *field);
+            if (field)
+                (*this)(key, *field);
         } else if constexpr (std::is_same_v<T, float>) {
             json[key] = shortDecimal(field);
         } else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<std::string>>) {
-            if (!field.empty()) json[key] = field; // empty: not given
+            if (!field.empty())
+                json[key] = field; // empty: not given
         } else {
             json[key] = field;
         }
     }
     template <class T, class E, std::size_t N> void operator()(const char* key, const T& field, const EnumName<E> (&names)[N]) {
         if constexpr (IsOptional<T>::value) {
-            if (field) (*this)(key, *field, names);
+            if (field)
+                (*this)(key, *field, names);
         } else {
             for (const auto& n : names)
-                if (n.value == field) json[key] = n.name;
+                if (n.value == field)
+                    json[key] = n.name;
         }
     }
 };
@@ -106,7 +111,8 @@ struct Reader {
     bool found = false;
 
     template <class T> void operator()(const char* name, T& field) {
-        if (key != name) return;
+        if (key != name)
+            return;
         found = true;
         if constexpr (IsOptional<T>::value) {
             field = read<typename IsOptional<T>::Value>();
@@ -115,11 +121,13 @@ struct Reader {
         }
     }
     template <class T, class E, std::size_t N> void operator()(const char* name, T& field, const EnumName<E> (&names)[N]) {
-        if (key != name) return;
+        if (key != name)
+            return;
         found = true;
         const std::string text = read<std::string>();
         for (const auto& n : names) {
-            if (text != n.name) continue;
+            if (text != n.name)
+                continue;
             field = n.value;
             return;
         }
@@ -140,9 +148,11 @@ struct Reader {
             fits = value.is_string();
         } else {
             fits = value.is_array();
-            for (const auto& element : value) fits = fits && element.is_string();
+            for (const auto& element : value)
+                fits = fits && element.is_string();
         }
-        if (!fits) refuse("the configuration has a value of the wrong kind for '" + key + "': " + value.dump());
+        if (!fits)
+            refuse("the configuration has a value of the wrong kind for '" + key + "': " + value.dump());
         return value.get<T>();
     }
 };
@@ -155,7 +165,8 @@ std::string absolutePath(const std::string& path) {
 std::string absoluteAssignment(const std::string& text) {
     const std::size_t equals = text.find('=');
     const std::string file = equals == std::string::npos ? text : text.substr(equals + 1);
-    if (!std::filesystem::exists(file)) return text;
+    if (!std::filesystem::exists(file))
+        return text;
     return (equals == std::string::npos ? "" : text.substr(0, equals + 1)) + absolutePath(file);
 }
 
@@ -173,19 +184,29 @@ void requireFinite(float value, const char* name, float lowest, float highest) {
 }
 
 void validateGradient(const Options& o) {
-    if (o.param.empty()) refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
-    if (!o.adjoint.empty() && !o.target.empty()) refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
-    if (o.target.size() > 1) refuse("gradient takes one --target", "several are for optimize");
-    if (o.check && o.isReverse()) refuse("--check compares the forward gradient image: it takes neither --adjoint nor --target");
-    if (o.isReverse() && o.direction != "one") refuse("--direction is of forward mode: it goes with neither --adjoint nor --target");
-    if (o.output.empty() && !o.check) refuse("gradient needs -o FILE.exr");
+    if (o.param.empty())
+        refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
+    if (!o.adjoint.empty() && !o.target.empty())
+        refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
+    if (o.target.size() > 1)
+        refuse("gradient takes one --target", "several are for optimize");
+    if (o.check && o.isReverse())
+        refuse("--check compares the forward gradient image: it takes neither --adjoint nor --target");
+    if (o.isReverse() && o.direction != "one")
+        refuse("--direction is of forward mode: it goes with neither --adjoint nor --target");
+    if (o.output.empty() && !o.check)
+        refuse("gradient needs -o FILE.exr");
 }
 
 void validateOptimize(const Options& o) {
-    if (o.param.empty()) refuse("optimize needs --param", "'inspect SCENE' lists the parameters");
-    if (o.target.empty()) refuse("optimize needs --target");
-    if (o.output.empty()) refuse("optimize needs -o FOLDER");
-    if (o.steps == 0 || o.steps > 10'000'000) refuse("--steps must be from 1 to 10000000");
+    if (o.param.empty())
+        refuse("optimize needs --param", "'inspect SCENE' lists the parameters");
+    if (o.target.empty())
+        refuse("optimize needs --target");
+    if (o.output.empty())
+        refuse("optimize needs -o FOLDER");
+    if (o.steps == 0 || o.steps > 10'000'000)
+        refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
 }
@@ -196,32 +217,42 @@ nlohmann::ordered_json toConfig(const Options& options) {
     Options o = options;
     o.spp = o.effectiveSpp();
     o.sppGradient = o.effectiveSppGradient();
-    if (!o.pixelSampling) o.pixelSampling = PixelSampling::Adjoint;
+    if (!o.pixelSampling)
+        o.pixelSampling = PixelSampling::Adjoint;
     o.mask = absolutePath(o.mask);
     o.adjoint = absolutePath(o.adjoint);
-    if (o.direction != "one" && o.direction != "self") o.direction = absolutePath(o.direction);
-    for (std::string& s : o.set) s = absoluteAssignment(s);
-    for (std::string& t : o.target) t = absoluteAssignment(t);
+    if (o.direction != "one" && o.direction != "self")
+        o.direction = absolutePath(o.direction);
+    for (std::string& s : o.set)
+        s = absoluteAssignment(s);
+    for (std::string& t : o.target)
+        t = absoluteAssignment(t);
 
     nlohmann::ordered_json json;
     json["command"] = commandName(o.command);
-    if (!o.input.empty()) json["input"] = absolutePath(o.input);
+    if (!o.input.empty())
+        json["input"] = absolutePath(o.input);
     Writer writer{json};
     if (o.command == Command::View) {
         visitView(o, writer);
         return json;
     }
     visitCommon(o, writer);
-    if (o.command == Command::Gradient || o.command == Command::Optimize) visitTarget(o, writer);
-    if (o.command == Command::Gradient) visitGradient(o, writer);
-    if (o.command == Command::Optimize) visitOptimize(o, writer);
+    if (o.command == Command::Gradient || o.command == Command::Optimize)
+        visitTarget(o, writer);
+    if (o.command == Command::Gradient)
+        visitGradient(o, writer);
+    if (o.command == Command::Optimize)
+        visitOptimize(o, writer);
     return json;
 }
 
 void applyConfig(const nlohmann::json& config, Options& options) {
-    if (!config.is_object()) refuse("the configuration is not a JSON object");
+    if (!config.is_object())
+        refuse("the configuration is not a JSON object");
     for (const auto& [key, value] : config.items()) {
-        if (key == "made-with") continue; // program, device and driver: for the reader
+        if (key == "made-with")
+            continue; // program, device and driver: for the reader
         Reader reader{key, value};
         reader("command", options.command, kCommands);
         reader("input", options.input);
@@ -230,14 +261,18 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         visitGradient(options, reader);
         visitOptimize(options, reader);
         visitView(options, reader);
-        if (!reader.found) refuse("the configuration has an unknown key '" + key + "'", "keys are the names of options without the dashes");
+        if (!reader.found)
+            refuse("the configuration has an unknown key '" + key + "'", "keys are the names of options without the dashes");
     }
 }
 
 void validate(const Options& o) {
-    if (o.command == Command::ListDevices || o.command == Command::Version) return;
-    if (o.command == Command::None) refuse("no command given", "one of render, gradient, optimize, inspect, view; see cmpg-vk --help");
-    if (o.input.empty()) refuse(commandName(o.command) + std::string(o.command == Command::View ? " needs an image" : " needs a scene"));
+    if (o.command == Command::ListDevices || o.command == Command::Version)
+        return;
+    if (o.command == Command::None)
+        refuse("no command given", "one of render, gradient, optimize, inspect, view; see cmpg-vk --help");
+    if (o.input.empty())
+        refuse(commandName(o.command) + std::string(o.command == Command::View ? " needs an image" : " needs a scene"));
 
     constexpr std::uint32_t kMaxSamples = 1u << 24; // counts stay exact in float
     constexpr std::uint32_t kMaxEdge = 1u << 15;
@@ -246,16 +281,22 @@ void validate(const Options& o) {
     requirePositive(o.width, "--width", kMaxEdge);
     requirePositive(o.height, "--height", kMaxEdge);
     requirePositive(o.maxDepth, "--max-depth", 1024);
-    if (o.memory < 16 || o.memory > (1u << 22)) refuse("--memory must be from 16 to 4194304 MiB");
-    if (o.sampling != "bsdf") refuse("--sampling must be bsdf, not '" + o.sampling + "'");
+    if (o.memory < 16 || o.memory > (1u << 22))
+        refuse("--memory must be from 16 to 4194304 MiB");
+    if (o.sampling != "bsdf")
+        refuse("--sampling must be bsdf, not '" + o.sampling + "'");
     for (const std::string& s : o.set)
-        if (s.find('=') == std::string::npos || s.front() == '=') refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
+        if (s.find('=') == std::string::npos || s.front() == '=')
+            refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
     requireFinite(o.targetExposure, "--target-exposure", -64, 64);
     requireFinite(o.exposure, "--exposure", -64, 64);
-    if (o.scale) requireFinite(*o.scale, "--scale", 1e-30f, 1e30f);
+    if (o.scale)
+        requireFinite(*o.scale, "--scale", 1e-30f, 1e30f);
 
-    if (o.command == Command::Gradient) validateGradient(o);
-    if (o.command == Command::Optimize) validateOptimize(o);
+    if (o.command == Command::Gradient)
+        validateGradient(o);
+    if (o.command == Command::Optimize)
+        validateOptimize(o);
     if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
         refuse(commandName(o.command) + std::string(" needs -o FILE"));
 }

@@ -19,7 +19,9 @@ namespace {
 }
 
 // A name in `folder` that other processes do not use.
-fs::path asideName(const fs::path& folder, const std::string& name) { return folder / ("." + name + "." + std::to_string(getpid()) + ".tmp"); }
+fs::path asideName(const fs::path& folder, const std::string& name) {
+    return folder / ("." + name + "." + std::to_string(getpid()) + ".tmp");
+}
 
 void probe(const fs::path& folder, const fs::path& wanted) {
     const fs::path file = asideName(folder, "cmpg-vk-probe");
@@ -28,7 +30,8 @@ void probe(const fs::path& folder, const fs::path& wanted) {
     const int error = errno;
     std::error_code ignored;
     fs::remove(file, ignored);
-    if (!made) refuse(wanted, error ? std::strerror(error) : "the folder cannot be written", "choose another place with -o");
+    if (!made)
+        refuse(wanted, error ? std::strerror(error) : "the folder cannot be written", "choose another place with -o");
 }
 
 std::string lowerCase(std::string text) {
@@ -38,25 +41,31 @@ std::string lowerCase(std::string text) {
 
 } // namespace
 
-fs::path folderOf(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
+fs::path folderOf(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
 
 void requireWritableFile(const fs::path& file, const char* extension) {
     std::error_code error;
-    if (fs::is_directory(file, error)) refuse(file, "it is a folder", "name a file in it");
+    if (fs::is_directory(file, error))
+        refuse(file, "it is a folder", "name a file in it");
     if (lowerCase(file.extension().string()) != extension)
         throw Error(ExitCode::Usage, "'" + file.string() + "' is to be a " + std::string(extension + 1) + " file", "",
                     "end its name in " + std::string(extension));
     const fs::path folder = folderOf(file);
-    if (!fs::is_directory(folder, error)) refuse(file, "there is no folder '" + folder.string() + "'", "make it first");
+    if (!fs::is_directory(folder, error))
+        refuse(file, "there is no folder '" + folder.string() + "'", "make it first");
     probe(folder, file);
 }
 
 void requireWritableFolder(const fs::path& folder) {
     std::error_code error;
     if (!fs::is_directory(folder, error)) {
-        if (fs::exists(folder, error)) refuse(folder, "it is a file, and a folder is needed", "choose another name with -o");
+        if (fs::exists(folder, error))
+            refuse(folder, "it is a file, and a folder is needed", "choose another name with -o");
         fs::create_directory(folder, error);
-        if (error) refuse(folder, error.message(), "make the folder it is to stand in first");
+        if (error)
+            refuse(folder, error.message(), "make the folder it is to stand in first");
     }
     probe(folder, folder);
 }
@@ -67,8 +76,10 @@ void writeTextFile(const fs::path& file, const std::string& text) {
     out << text;
     out.close();
     std::error_code error;
-    if (out) fs::rename(aside, file, error);
-    if (out && !error) return;
+    if (out)
+        fs::rename(aside, file, error);
+    if (out && !error)
+        return;
     std::error_code ignored;
     fs::remove(aside, ignored);
     refuse(file, error ? error.message() : "the disk may be full", "choose another place with -o");

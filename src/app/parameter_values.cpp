@@ -11,7 +11,9 @@
 namespace cmpg {
 namespace {
 
-std::string sizeText(std::size_t width, std::size_t height) { return std::to_string(width) + "x" + std::to_string(height); }
+std::string sizeText(std::size_t width, std::size_t height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+}
 
 // "0.5" or "r,g,b"; nothing if the text is neither (a file name, then).
 std::optional<std::vector<float>> parseNumbers(const std::string& text) {
@@ -20,9 +22,12 @@ std::optional<std::vector<float>> parseNumbers(const std::string& text) {
     while (true) {
         char* end = nullptr;
         numbers.push_back(std::strtof(at, &end));
-        if (end == at) return {};
-        if (*end == 0) return numbers;
-        if (*end != ',') return {};
+        if (end == at)
+            return {};
+        if (*end == 0)
+            return numbers;
+        if (*end != ',')
+            return {};
         at = end + 1;
     }
 }
@@ -31,25 +36,29 @@ std::optional<std::vector<float>> parseNumbers(const std::string& text) {
 std::vector<float> readEntries(const Parameter& parameter, const std::string& file) {
     const Image image = readImage(file).image;
     if (std::size_t(image.width) != parameter.width || std::size_t(image.height) != parameter.height)
-        throw Error(ExitCode::Input, "'" + file + "' is " + sizeText(image.width, image.height) + ", but " + parameter.name + " has " +
-                                         sizeText(parameter.width, parameter.height) + " entries",
+        throw Error(ExitCode::Input,
+                    "'" + file + "' is " + sizeText(image.width, image.height) + ", but " + parameter.name + " has " +
+                        sizeText(parameter.width, parameter.height) + " entries",
                     "the image was made for another parameter", "give an image of the parameter's own size, or a number");
     std::vector<float> values(parameter.entries());
     for (std::size_t p = 0; p < image.pixels(); ++p)
         for (std::uint32_t c = 0; c < parameter.channels; ++c)
             values[p * parameter.channels + c] = image.values[p * image.channels + std::min<int>(c, image.channels - 1)];
     for (float v : values)
-        if (!std::isfinite(v)) throw Error(ExitCode::Input, "'" + file + "' holds values that are not finite", "", "repair the image");
+        if (!std::isfinite(v))
+            throw Error(ExitCode::Input, "'" + file + "' holds values that are not finite", "", "repair the image");
     return values;
 }
 
 std::vector<float> fill(const Parameter& parameter, const std::vector<float>& numbers) {
     if (numbers.size() != 1 && numbers.size() != parameter.channels)
-        throw Error(ExitCode::Usage, parameter.name + " has " + std::to_string(parameter.channels) + " channel(s), but " +
-                                         std::to_string(numbers.size()) + " values were given",
+        throw Error(ExitCode::Usage,
+                    parameter.name + " has " + std::to_string(parameter.channels) + " channel(s), but " + std::to_string(numbers.size()) +
+                        " values were given",
                     "", "give one number" + std::string(parameter.channels == 3 ? " or r,g,b" : ""));
     std::vector<float> values(parameter.entries());
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = numbers.size() == 1 ? numbers[0] : numbers[i % parameter.channels];
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = numbers.size() == 1 ? numbers[0] : numbers[i % parameter.channels];
     return values;
 }
 
@@ -59,7 +68,8 @@ void requireRange(const Parameter& parameter, std::vector<float>& values) {
     for (float& v : values) {
         if (!(v >= lowest - kRounding && v <= highest + kRounding) || std::isinf(v)) {
             char text[160];
-            std::snprintf(text, sizeof text, "%g is out of the range of %s, [%g, %g]", double(v), parameter.name.c_str(), double(lowest), double(highest));
+            std::snprintf(text, sizeof text, "%g is out of the range of %s, [%g, %g]", double(v), parameter.name.c_str(), double(lowest),
+                          double(highest));
             throw Error(ExitCode::Usage, text, "", "values are linear; 'inspect' prints the ranges");
         }
         v = std::clamp(v, lowest, highest);
@@ -71,7 +81,8 @@ void requireRange(const Parameter& parameter, std::vector<float>& values) {
 void applySet(Scene& scene, const std::string& assignment) {
     const std::size_t equals = assignment.find('=');
     const std::string name = assignment.substr(0, equals), value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
-    if (name.empty() || value.empty()) throw Error(ExitCode::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
+    if (name.empty() || value.empty())
+        throw Error(ExitCode::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
     const auto numbers = parseNumbers(value);
     for (std::uint32_t index : scene.select(name)) {
         Parameter& parameter = scene.parameters[index];
@@ -87,18 +98,22 @@ std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const 
     std::vector<std::uint32_t> selected;
     for (const std::string& glob : globs)
         for (std::uint32_t index : scene.select(glob))
-            if (std::find(selected.begin(), selected.end(), index) == selected.end()) selected.push_back(index);
+            if (std::find(selected.begin(), selected.end(), index) == selected.end())
+                selected.push_back(index);
     return selected;
 }
 
 std::vector<float> directionOf(const Parameter& parameter, const std::string& direction) {
-    if (direction == "one") return std::vector<float>(parameter.entries(), 1.0f);
-    if (direction == "self") return valuesOf(parameter);
+    if (direction == "one")
+        return std::vector<float>(parameter.entries(), 1.0f);
+    if (direction == "self")
+        return valuesOf(parameter);
     return readEntries(parameter, direction);
 }
 
 std::vector<float> valuesOf(const Parameter& parameter) {
-    if (!parameter.values.empty()) return parameter.values;
+    if (!parameter.values.empty())
+        return parameter.values;
     Parameter copy = parameter;
     copy.materialise();
     return std::move(copy.values);

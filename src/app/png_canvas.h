@@ -8,7 +8,7 @@
 
 namespace cmpg {
 
-using Color = std::array<float, 3>; // linear RGB
+using Color = std::array<float, 3>;               // linear RGB
 Color displayColor(int red, int green, int blue); // from 8-bit sRGB
 constexpr Color kBlack = {0, 0, 0}, kWhite = {1, 1, 1};
 

@@ -10,10 +10,13 @@ namespace cmpg {
 namespace {
 
 std::string shown(const nlohmann::ordered_json& value) {
-    if (value.is_string()) return value.get<std::string>();
-    if (!value.is_array()) return value.dump();
+    if (value.is_string())
+        return value.get<std::string>();
+    if (!value.is_array())
+        return value.dump();
     std::string list;
-    for (const auto& element : value) list += (list.empty() ? "" : ", ") + shown(element);
+    for (const auto& element : value)
+        list += (list.empty() ? "" : ", ") + shown(element);
     return list;
 }
 
@@ -33,7 +36,8 @@ void Report::addDevice(const Device& dev) {
 void Report::addStatistics(const RenderStatistics& statistics) {
     paths += statistics.paths;
     rays += statistics.rays;
-    for (const auto& [kind, count] : statistics.dropped) dropped[kind] += count;
+    for (const auto& [kind, count] : statistics.dropped)
+        dropped[kind] += count;
 }
 
 nlohmann::ordered_json Report::toJson() const {
@@ -47,17 +51,22 @@ nlohmann::ordered_json Report::toJson() const {
     json["seed"] = seed;
     json["paths"] = paths;
     json["rays"] = rays;
-    json["seconds"] = {{"total", total_.seconds()},        {"load", seconds.load},   {"compile", seconds.compile},    {"primal", seconds.primal},
-                       {"gradient", seconds.gradient}, {"guide", seconds.guide}, {"optimizer", seconds.optimizer}};
+    json["seconds"] = {{"total", total_.seconds()},     {"load", seconds.load},         {"compile", seconds.compile},
+                       {"primal", seconds.primal},      {"gradient", seconds.gradient}, {"guide", seconds.guide},
+                       {"optimizer", seconds.optimizer}};
     auto& kernelTimes = json["kernels"] = nlohmann::ordered_json::object();
-    for (const auto& [name, time] : kernels) kernelTimes[name] = {{"calls", time.calls}, {"seconds", time.seconds}};
+    for (const auto& [name, time] : kernels)
+        kernelTimes[name] = {{"calls", time.calls}, {"seconds", time.seconds}};
     json["memory"] = {{"device_peak_bytes", devicePeakBytes}, {"host_peak_bytes", hostPeakBytes()}, {"budget_bytes", budgetBytes}};
     auto& left = json["dropped"] = nlohmann::ordered_json::object();
-    for (const auto& [kind, count] : dropped) left[kind] = count;
+    for (const auto& [kind, count] : dropped)
+        left[kind] = count;
     json["loss"] = loss;
     auto& paths_ = json["outputs"] = nlohmann::ordered_json::object();
-    for (const auto& [name, path] : outputs) paths_[name] = path;
-    for (const auto& [key, value] : extra.items()) json[key] = value;
+    for (const auto& [name, path] : outputs)
+        paths_[name] = path;
+    for (const auto& [key, value] : extra.items())
+        json[key] = value;
     return json;
 }
 
@@ -67,10 +76,13 @@ std::uint64_t hostPeakBytes() {
     return std::uint64_t(usage.ru_maxrss) * 1024; // Linux counts in KiB
 }
 
-std::ostream& textOut(const Options& options) { return options.json ? std::cerr : std::cout; }
+std::ostream& textOut(const Options& options) {
+    return options.json ? std::cerr : std::cout;
+}
 
 void printConfiguration(const Options& options) {
-    if (options.quiet) return;
+    if (options.quiet)
+        return;
     std::ostream& out = textOut(options);
     const nlohmann::ordered_json config = toConfig(options);
     for (const auto& [key, value] : config.items()) {

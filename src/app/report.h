@@ -31,14 +31,14 @@ struct Report {
     } seconds;
     std::map<std::string, KernelTime> kernels;
     std::uint64_t devicePeakBytes = 0, budgetBytes = 0;
-    std::map<std::string, std::uint64_t> dropped; // contributions left out, by kind
-    std::vector<double> loss;                     // per step
-    std::vector<std::pair<std::string, std::string>> outputs; // name -> path
+    std::map<std::string, std::uint64_t> dropped;                    // contributions left out, by kind
+    std::vector<double> loss;                                        // per step
+    std::vector<std::pair<std::string, std::string>> outputs;        // name -> path
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); // what a single command adds
 
     explicit Report(const Options& options);
 
-    void addDevice(const Device& device);         // times and memory as they are now
+    void addDevice(const Device& device); // times and memory as they are now
     void addStatistics(const RenderStatistics& statistics);
     // All fields named in the manual, then `extra`; not finite numbers become null.
     nlohmann::ordered_json toJson() const;

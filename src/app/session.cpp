@@ -12,9 +12,12 @@ namespace cmpg {
 
 Scene openScene(const Options& options) {
     Scene scene = loadGltf(options.input);
-    for (const std::string& warning : scene.warnings) logWarn(warning);
-    if (scene.skippedTriangles > 0) logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
-    for (const std::string& assignment : options.set) applySet(scene, assignment);
+    for (const std::string& warning : scene.warnings)
+        logWarn(warning);
+    if (scene.skippedTriangles > 0)
+        logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
+    for (const std::string& assignment : options.set)
+        applySet(scene, assignment);
     return scene;
 }
 
@@ -47,13 +50,15 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
     parameters = selectParameters(scene, options.param);
     // What may change is kept as floats from here on.
     for (std::uint32_t p : parameters)
-        if (scene.parameters[p].values.empty()) scene.parameters[p].materialise();
+        if (scene.parameters[p].values.empty())
+            scene.parameters[p].materialise();
 }
 
-void Session::prepare(const View& view, const std::filesystem::path& folder) {
+void Session::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers) {
     report_.width = view.width;
     report_.height = view.height;
-    if (!device_) device_.emplace(Device::Options{.select = options_.device});
+    if (!device_)
+        device_.emplace(Device::Options{.select = options_.device});
     RenderConfig config;
     config.differentiable = parameters;
     config.maxDepth = options_.maxDepth.value_or(scene.maxDepth);
@@ -61,6 +66,7 @@ void Session::prepare(const View& view, const std::filesystem::path& folder) {
     config.lightSampling = !options_.noLightSampling;
     config.memoryBudget = options_.memory << 20;
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
+    renderer_->prepare(modes, layers);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
 
@@ -71,8 +77,10 @@ void Session::prepare(const View& view, const std::filesystem::path& folder) {
         effective.height = std::uint32_t(view.height);
         effective.camera = view.camera->name;
     }
-    if (options_.command != Command::Inspect) printConfiguration(effective);
-    if (!folder.empty()) writeRunJson(effective, folder, report_);
+    if (options_.command != Command::Inspect)
+        printConfiguration(effective);
+    if (!folder.empty())
+        writeRunJson(effective, folder, report_);
 }
 
 void Session::finish(const Image* result) {
@@ -80,15 +88,18 @@ void Session::finish(const Image* result) {
     report_.addDevice(*device_);
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped) {
-        if (count == 0) continue;
+        if (count == 0)
+            continue;
         logWarn(std::to_string(count) + " contributions dropped: " + kind);
         lost += count;
     }
     constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
     const bool finite = !result || std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); });
     if (!finite || double(lost) > kTolerable * double(report_.paths))
-        throw Error(ExitCode::Numerical, finite ? "more than one path in a hundred was dropped" : "the result holds values that are not finite",
-                    "values of the scene are so large or small that floats overflow", "look for extreme emission, intensities or sizes in the scene");
+        throw Error(ExitCode::Numerical,
+                    finite ? "more than one path in a hundred was dropped" : "the result holds values that are not finite",
+                    "values of the scene are so large or small that floats overflow",
+                    "look for extreme emission, intensities or sizes in the scene");
 }
 
 } // namespace cmpg

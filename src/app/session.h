@@ -20,10 +20,10 @@ class Session {
 
     Scene scene;
     std::vector<std::uint32_t> parameters; // selected by --param
-    // Opens the device and builds the renderer for the scene as it is now: after all other input was checked, which needs no device.
-    // The report takes up the view's size and the times so far; the configuration is printed, and
-    // written to run.json in `folder` unless that is empty.
-    void prepare(const View& view, const std::filesystem::path& folder);
+    // Opens the device and builds the renderer and its kernels for the passes in `modes`, for the scene as it is now: after all other
+    // input was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed,
+    // and written to run.json in `folder` unless that is empty.
+    void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
     Renderer& renderer() { return *renderer_; } // after prepare()
     const MemoryUse& deviceMemory() const { return device_->memory(); }
     // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the

@@ -30,7 +30,8 @@ double roundUpTwoDigits(double value) {
 } // namespace
 
 Color signedColor(double t) {
-    if (std::isnan(t)) return displayColor(128, 128, 128);
+    if (std::isnan(t))
+        return displayColor(128, 128, 128);
     t = std::clamp(t, -1.0, 1.0);
     const double strength = std::abs(t), hue = t < 0 ? kBlue : kOrange;
     const double lightness = kLightest - (kLightest - kDarkest) * strength;
@@ -43,7 +44,8 @@ Image channelMean(const Image& image) {
     Image mean(image.width, image.height, 1);
     for (std::size_t p = 0; p < image.pixels(); ++p) {
         double sum = 0;
-        for (int c = 0; c < image.channels; ++c) sum += double(image.values[p * image.channels + c]);
+        for (int c = 0; c < image.channels; ++c)
+            sum += double(image.values[p * image.channels + c]);
         mean.values[p] = float(sum / image.channels);
     }
     return mean;
@@ -52,13 +54,16 @@ Image channelMean(const Image& image) {
 double signedScale(const Image& values) {
     std::vector<float> magnitudes;
     for (float v : values.values)
-        if (std::isfinite(v)) magnitudes.push_back(std::abs(v));
-    if (magnitudes.empty()) return 1;
+        if (std::isfinite(v))
+            magnitudes.push_back(std::abs(v));
+    if (magnitudes.empty())
+        return 1;
     // Of few values the largest: a percentile would cut off what there is.
     const auto place = magnitudes.begin() + std::ptrdiff_t(std::ceil(0.995 * double(magnitudes.size()))) - 1;
     std::nth_element(magnitudes.begin(), place, magnitudes.end());
     float scale = *place;
-    if (scale == 0) scale = *std::max_element(magnitudes.begin(), magnitudes.end()); // sparse gradients: less than one in 200 texels
+    if (scale == 0)
+        scale = *std::max_element(magnitudes.begin(), magnitudes.end()); // sparse gradients: less than one in 200 texels
     return scale > 0 ? roundUpTwoDigits(scale) : 1;
 }
 
@@ -73,7 +78,8 @@ Image colorSigned(const Image& values, double scale) {
 
 void drawSignedLegend(Canvas& canvas, int x, int y, int width, double scale) {
     constexpr int kBar = 10;
-    for (int i = 0; i < width; ++i) canvas.rectangle(x + i, y, 1, kBar, signedColor(2 * (i + 0.5) / width - 1));
+    for (int i = 0; i < width; ++i)
+        canvas.rectangle(x + i, y, 1, kBar, signedColor(2 * (i + 0.5) / width - 1));
     char positive[24], negative[24];
     std::snprintf(positive, sizeof positive, "+%.2g", scale);
     std::snprintf(negative, sizeof negative, "-%.2g", scale);

@@ -13,7 +13,8 @@ namespace {
 
 std::string quoted(const std::string& text) {
     std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    for (const char c : text)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return result + "'";
 }
 
@@ -21,7 +22,8 @@ std::string quoted(const std::string& text) {
 
 Options parse(const std::vector<std::string>& arguments) {
     std::vector<const char*> argv{"cmpg-vk"};
-    for (const std::string& a : arguments) argv.push_back(a.c_str());
+    for (const std::string& a : arguments)
+        argv.push_back(a.c_str());
     return parseOptions(int(argv.size()), argv.data());
 }
 
@@ -37,10 +39,12 @@ ExitCode parseCode(const std::vector<std::string>& arguments) {
 ProgramResult runProgram(const std::vector<std::string>& arguments, const std::vector<std::string>& environment) {
     const TemporaryFolder folder;
     std::string command;
-    for (const std::string& e : environment) command += e.substr(0, e.find('=') + 1) + quoted(e.substr(e.find('=') + 1)) + " ";
+    for (const std::string& e : environment)
+        command += e.substr(0, e.find('=') + 1) + quoted(e.substr(e.find('=') + 1)) + " ";
     command += quoted(CMPG_BINARY);
-    for (const std::string& a : arguments) command += " " + quoted(a);
-    command += " >" + quoted(folder / "out") + " 2>" + quoted(folder / "err") + " </dev/null";
+    for (const std::string& a : arguments)
+        command.append(" ").append(quoted(a));
+    command.append(" >").append(quoted(folder / "out")).append(" 2>").append(quoted(folder / "err")).append(" </dev/null");
     const int status = std::system(command.c_str());
     ProgramResult result;
     result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -60,7 +64,9 @@ TemporaryFolder::~TemporaryFolder() {
     std::filesystem::remove_all(path_, ignored);
 }
 
-void writeText(const std::string& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+void writeText(const std::string& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary) << text;
+}
 
 std::string readText(const std::string& file) {
     std::ostringstream text;

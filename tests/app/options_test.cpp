@@ -11,9 +11,21 @@ using test::parse;
 using test::parseCode;
 
 TEST(Options, CommonOptionsStandBeforeOrAfterTheCommand) {
-    const std::vector<std::string> common = {"--spp",    "7",  "--spp-gradient", "3",      "--width", "33",  "--height", "21",      "--camera", "side",
-                                             "--max-depth", "5", "--seed",       "18446744073709551615", "--device", "1", "--memory", "64", "--set", "a.b=0.5",
-                                             "--sampler", "independent", "--sampling", "bsdf", "--no-nee", "--pixel-sampling", "uniform", "--json", "--quiet"};
+    const std::vector<std::string> common = {"--spp",          "7",
+                                             "--spp-gradient", "3",
+                                             "--width",        "33",
+                                             "--height",       "21",
+                                             "--camera",       "side",
+                                             "--max-depth",    "5",
+                                             "--seed",         "18446744073709551615",
+                                             "--device",       "1",
+                                             "--memory",       "64",
+                                             "--set",          "a.b=0.5",
+                                             "--sampler",      "independent",
+                                             "--sampling",     "bsdf",
+                                             "--no-nee",       "--pixel-sampling",
+                                             "uniform",        "--json",
+                                             "--quiet"};
     const std::vector<std::vector<std::string>> commands = {{"render", "s.gltf", "-o", "a.exr"},
                                                             {"gradient", "s.gltf", "--param", "p", "-o", "a.exr"},
                                                             {"optimize", "s.gltf", "--param", "p", "--target", "t.exr", "-o", "d"},
@@ -22,9 +34,11 @@ TEST(Options, CommonOptionsStandBeforeOrAfterTheCommand) {
     for (const auto& command : commands)
         for (const bool before : {false, true}) {
             std::vector<std::string> arguments = {"--headless"};
-            if (before) arguments.insert(arguments.end(), common.begin(), common.end());
+            if (before)
+                arguments.insert(arguments.end(), common.begin(), common.end());
             arguments.insert(arguments.end(), command.begin(), command.end());
-            if (!before) arguments.insert(arguments.end(), common.begin(), common.end());
+            if (!before)
+                arguments.insert(arguments.end(), common.begin(), common.end());
             const Options o = parse(arguments);
             SCOPED_TRACE(command[0] + (before ? ", before" : ", after"));
             EXPECT_EQ(commandName(o.command), command[0]);
@@ -105,7 +119,8 @@ TEST(Options, RefusesWhatMakesNoSense) {
     };
     for (const auto& arguments : wrong) {
         std::string line;
-        for (const auto& a : arguments) line += a + " ";
+        for (const auto& a : arguments)
+            line += a + " ";
         EXPECT_EQ(parseCode(arguments), ExitCode::Usage) << line;
     }
 }
@@ -116,7 +131,8 @@ TEST(Options, HelpNamesEveryCommandAndExitCode) {
     try {
         parse({"--help"});
     } catch (const HelpRequested& help) {
-        for (const char* word : {"render", "gradient", "optimize", "inspect", "view", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
+        for (const char* word :
+             {"render", "gradient", "optimize", "inspect", "view", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
             EXPECT_NE(help.text.find(word), std::string::npos) << word;
     }
 }
@@ -124,13 +140,51 @@ TEST(Options, HelpNamesEveryCommandAndExitCode) {
 // Every option away from its default, so that one that is lost on the way shows.
 TEST(Options, ConfigurationSurvivesTheRoundTrip) {
     const std::vector<std::vector<std::string>> runs = {
-        {"render", "/s.gltf", "-o", "a.exr", "--spp", "3", "--width", "8", "--height", "9", "--camera", "c", "--max-depth", "2", "--seed", "18446744073709551615",
-         "--device", "llvm", "--memory", "77", "--set", "p=1,2,3", "--sampler", "independent", "--no-nee", "--pixel-sampling", "uniform"},
+        {"render",      "/s.gltf",
+         "-o",          "a.exr",
+         "--spp",       "3",
+         "--width",     "8",
+         "--height",    "9",
+         "--camera",    "c",
+         "--max-depth", "2",
+         "--seed",      "18446744073709551615",
+         "--device",    "llvm",
+         "--memory",    "77",
+         "--set",       "p=1,2,3",
+         "--sampler",   "independent",
+         "--no-nee",    "--pixel-sampling",
+         "uniform"},
         {"gradient", "/s.gltf", "-o", "a.exr", "--param", "p", "--param", "q*", "--direction", "self"},
         {"gradient", "/s.gltf", "-o", "a.exr", "--param", "p", "--adjoint", "/a.exr", "--spp-gradient", "5"},
         {"gradient", "/s.gltf", "--param", "p", "--check"},
-        {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "c=/t.exr", "--loss", "relative-mse", "--mask", "/m.png", "--target-exposure", "-0.3", "--steps",
-         "12", "--optimizer", "sgd", "--rate", "0.1", "--rate", "normal=0.2", "--schedule", "cosine", "--final-rate", "0.7", "--total-variation", "0.001"},
+        {"optimize",
+         "/s.gltf",
+         "-o",
+         "d",
+         "--param",
+         "p",
+         "--target",
+         "c=/t.exr",
+         "--loss",
+         "relative-mse",
+         "--mask",
+         "/m.png",
+         "--target-exposure",
+         "-0.3",
+         "--steps",
+         "12",
+         "--optimizer",
+         "sgd",
+         "--rate",
+         "0.1",
+         "--rate",
+         "normal=0.2",
+         "--schedule",
+         "cosine",
+         "--final-rate",
+         "0.7",
+         "--total-variation",
+         "0.001"},
         {"view", "/a.exr", "-o", "a.png", "--signed", "--exposure", "0.1", "--scale", "1e-5"},
     };
     for (const auto& arguments : runs) {
@@ -138,7 +192,8 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
         Options back;
         applyConfig(nlohmann::json::parse(config.dump()), back);
         EXPECT_EQ(toConfig(back), config) << config.dump(1);
-        for (const char* key : {"output", "json", "quiet", "config"}) EXPECT_FALSE(config.contains(key)) << key; // not what makes the result
+        for (const char* key : {"output", "json", "quiet", "config"})
+            EXPECT_FALSE(config.contains(key)) << key; // not what makes the result
     }
     EXPECT_EQ(toConfig(parse(runs[4])).at("target-exposure").dump(), "-0.3"); // a float in few digits
 }
@@ -146,7 +201,9 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
 TEST(Options, CommandLineOverridesTheConfiguration) {
     const test::TemporaryFolder folder;
     const std::string file = folder / "run.json";
-    test::writeText(file, R"({"command": "render", "input": "/s.gltf", "spp": 5, "no-nee": true, "set": ["a=1", "b=2"], "seed": 4, "made-with": {"version": "?"}})");
+    test::writeText(
+        file,
+        R"({"command": "render", "input": "/s.gltf", "spp": 5, "no-nee": true, "set": ["a=1", "b=2"], "seed": 4, "made-with": {"version": "?"}})");
     const Options o = parse({"--config", file, "-o", "a.exr", "--spp", "6", "--set", "c=3"});
     EXPECT_EQ(o.command, Command::Render);
     EXPECT_EQ(o.input, "/s.gltf");
@@ -164,8 +221,9 @@ TEST(Options, CommandLineOverridesTheConfiguration) {
 TEST(Options, RefusesBadConfigurations) {
     const test::TemporaryFolder folder;
     const std::string file = folder / "run.json";
-    for (const char* text : {"", "{", "[]", "3", R"({"spp": "4"})", R"({"spp": -4})", R"({"spp": 4.5})", R"({"spp": 5000000000})", R"({"sppp": 4})", R"({"set": "a=1"})",
-                             R"({"set": [1]})", R"({"sampler": "halton"})", R"({"no-nee": 1})", R"({"command": "paint"})", R"({"spp": 0})", R"({"camera": null})"}) {
+    for (const char* text : {"", "{", "[]", "3", R"({"spp": "4"})", R"({"spp": -4})", R"({"spp": 4.5})", R"({"spp": 5000000000})",
+                             R"({"sppp": 4})", R"({"set": "a=1"})", R"({"set": [1]})", R"({"sampler": "halton"})", R"({"no-nee": 1})",
+                             R"({"command": "paint"})", R"({"spp": 0})", R"({"camera": null})"}) {
         test::writeText(file, text);
         EXPECT_EQ(parseCode({"render", "s", "-o", "a.exr", "--config", file}), ExitCode::Usage) << text;
     }

@@ -22,7 +22,8 @@ TEST(LossCurve, ChoosesTheAxisByTheSpan) {
 
 TEST(LossCurve, StandsDegenerateInput) {
     const double nan = std::nan(""), infinite = HUGE_VAL;
-    for (const std::vector<double>& loss : {std::vector<double>{}, {0.5}, {0, 0, 0}, {nan}, {nan, 1, nan, 2, infinite}, {1e-300, 1e300}, {-1, 1}, {0.3, 0.3}}) {
+    for (const std::vector<double>& loss :
+         {std::vector<double>{}, {0.5}, {0, 0, 0}, {nan}, {nan, 1, nan, 2, infinite}, {1e-300, 1e300}, {-1, 1}, {0.3, 0.3}}) {
         const CurveAxes axes = axesOf(loss);
         EXPECT_LE(axes.ticks.size(), 30u);
         for (const double v : loss)

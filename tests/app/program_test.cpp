@@ -11,7 +11,8 @@ namespace {
 using test::runProgram;
 
 // A camera and nothing to see: enough for everything that comes before rendering.
-constexpr const char* kEmptyScene = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": "eye", "camera": 0}],
+constexpr const char* kEmptyScene =
+    R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": "eye", "camera": 0}],
     "cameras": [{"name": "eye", "type": "perspective", "perspective": {"yfov": 0.8, "aspectRatio": 2.0, "znear": 0.1}}]})";
 
 const std::vector<std::string> kNoDevice = {"VK_ICD_FILENAMES=/nonexistent/icd.json", "VK_DRIVER_FILES=/nonexistent/icd.json"};
@@ -50,7 +51,8 @@ TEST(Program, ExitCodes) {
     };
     for (const Case& c : cases) {
         std::string line;
-        for (const auto& a : c.arguments) line += a + " ";
+        for (const auto& a : c.arguments)
+            line += a + " ";
         const auto result = runProgram(c.arguments);
         EXPECT_EQ(result.code, c.code) << line << "\n" << result.err;
         EXPECT_NE(result.err.find(c.says), std::string::npos) << line << "\n" << result.err;
@@ -98,7 +100,8 @@ TEST(Program, PrintsOneJsonObject) {
 TEST(Program, SaysWhenStandardOutputIsFull) {
     const test::TemporaryFolder folder;
     // A device that refuses all writing stands in for a full disk.
-    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
+    if (!std::filesystem::exists("/dev/full"))
+        GTEST_SKIP();
     const std::string command = std::string(CMPG_BINARY) + " --version >/dev/full 2>" + folder / "err";
     EXPECT_EQ(std::system(command.c_str()) >> 8, 6) << test::readText(folder / "err");
 }

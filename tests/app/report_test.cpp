@@ -21,9 +21,10 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     const nlohmann::json json = nlohmann::json::parse(report.toJson().dump());
 
     std::vector<std::string> names;
-    for (const auto& [key, value] : json.items()) names.push_back(key);
-    EXPECT_EQ(names, (std::vector<std::string>{"command", "device", "driver", "dropped", "height", "kernels", "loss", "memory", "outputs", "paths", "rays", "seconds",
-                                               "seed", "spp", "width"})); // in the alphabet's order
+    for (const auto& [key, value] : json.items())
+        names.push_back(key);
+    EXPECT_EQ(names, (std::vector<std::string>{"command", "device", "driver", "dropped", "height", "kernels", "loss", "memory", "outputs",
+                                               "paths", "rays", "seconds", "seed", "spp", "width"})); // in the alphabet's order
     EXPECT_EQ(json["command"], "gradient");
     EXPECT_EQ(json["spp"], 12);
     EXPECT_EQ(json["seed"].get<std::uint64_t>(), ~std::uint64_t(0));
@@ -53,9 +54,9 @@ TEST(Report, EmptyPartsKeepTheirKind) {
 }
 
 TEST(Report, HostPeakGrowsWithMemory) {
-    const std::uint64_t before = hostPeakBytes();
-    const std::vector<char> block(std::size_t(64) << 20, 1);
-    EXPECT_GE(hostPeakBytes() + (1u << 20), before + (block[12345] ? block.size() : 0));
+    const std::vector<char> block(std::size_t(256) << 20, 1); // more than anything else here
+    EXPECT_GE(hostPeakBytes(), block[12345] ? block.size() : 0);
+    EXPECT_LT(hostPeakBytes(), 4 * block.size());
 }
 
 } // namespace

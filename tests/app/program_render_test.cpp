@@ -1,0 +1,188 @@
+// The rendering commands as a user runs them, on a small bundled scene: what they write and print.
+#include "command_line.h"
+#include "scene/image.h"
+
+#include <csignal>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+namespace cmpg {
+namespace {
+
+using test::readText;
+using test::runProgram;
+namespace fs = std::filesystem;
+
+const std::string kBox = CMPG_SOURCE_DIR "/scenes/box/scene.gltf"; // painting.baseColor has 64x64 texels
+const std::string kPainting = "painting.baseColor";
+
+// Runs with a small image and few samples; expects success.
+nlohmann::json run(std::vector<std::string> arguments) {
+    for (const char* a : {"--headless", "--json", "--width", "32", "--height", "24", "--max-depth", "4"})
+        arguments.push_back(a);
+    const auto result = runProgram(arguments);
+    EXPECT_EQ(result.code, 0) << arguments[0] << "\n" << result.err;
+    return result.code == 0 ? nlohmann::json::parse(result.out) : nlohmann::json::object();
+}
+
+TEST(ProgramRender, ReportsWhatItDid) {
+    const test::TemporaryFolder folder;
+    const auto json = run({"render", kBox, "-o", folder / "a.exr", "--layers", folder / "l.exr", "--spp", "4", "--memory", "64"});
+    EXPECT_EQ(json.at("command"), "render");
+    EXPECT_EQ(json.at("width"), 32);
+    EXPECT_EQ(json.at("height"), 24);
+    EXPECT_EQ(json.at("spp"), 4);
+    EXPECT_EQ(json.at("paths"), 32 * 24 * 4);
+    EXPECT_GE(json.at("rays"), json.at("paths"));
+    EXPECT_EQ(json.at("memory").at("budget_bytes"), 64 << 20);
+    EXPECT_GT(json.at("memory").at("device_peak_bytes"), 0);
+    EXPECT_FALSE(json.at("device").get<std::string>().empty());
+    EXPECT_GT(json.at("seconds").at("primal"), 0);
+    EXPECT_EQ(json.at("seconds").at("gradient"), 0);
+    double kernelSeconds = 0;
+    for (const auto& [name, time] : json.at("kernels").items()) {
+        EXPECT_GT(time.at("calls"), 0) << name;
+        kernelSeconds += time.at("seconds").get<double>();
+    }
+    EXPECT_GT(kernelSeconds, 0);
+    EXPECT_LE(kernelSeconds, json.at("seconds").at("total").get<double>());
+    for (const auto& [name, path] : json.at("outputs").items())
+        EXPECT_TRUE(fs::exists(path.get<std::string>())) << name;
+    const Image image = readImage(folder / "a.exr").image;
+    EXPECT_EQ(image.width, 32);
+    EXPECT_EQ(image.height, 24);
+}
+
+TEST(ProgramRender, RunJsonReproducesTheRun) {
+    const test::TemporaryFolder folder;
+    run({"render", kBox, "-o", folder / "a.exr", "--spp", "2", "--seed", "7", "--camera", "corner", "--set", kPainting + "=0.2,0.3,0.4"});
+    const std::string config = folder / "run.json", first = readText(folder / "a.exr");
+    const auto json = nlohmann::json::parse(readText(config));
+    EXPECT_EQ(json.at("width"), 32);
+    EXPECT_EQ(json.at("camera"), "corner");
+    EXPECT_EQ(json.at("max-depth"), 4);
+    fs::create_directory(folder / "again");
+    const auto again = runProgram({"--config", config, "--quiet", "-o", folder / "again/b.exr"});
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(again.out, "");
+    EXPECT_EQ(readText(folder / "again/b.exr"), first); // byte for byte
+    EXPECT_EQ(readText(folder / "again/run.json"), readText(config));
+    EXPECT_EQ(runProgram({"--config", config, "--seed", "8", "-o", folder / "again/c.exr"}).code, 0);
+    EXPECT_NE(readText(folder / "again/c.exr"), first);
+}
+
+TEST(ProgramRender, SetTakesNumbersAndFilesAlike) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "v.exr", Image(64, 64, 3, 0.25f));
+    run({"render", kBox, "-o", folder / "a.exr", "--spp", "2", "--set", kPainting + "=0.25"});
+    run({"render", kBox, "-o", folder / "b.exr", "--spp", "2", "--set", "paint*.baseColor=" + folder / "v.exr"});
+    run({"render", kBox, "-o", folder / "c.exr", "--spp", "2"});
+    EXPECT_EQ(readText(folder / "a.exr"), readText(folder / "b.exr"));
+    EXPECT_NE(readText(folder / "a.exr"), readText(folder / "c.exr"));
+    writeExr(folder / "small.exr", Image(8, 8, 3, 0.25f));
+    EXPECT_EQ(runProgram({"render", kBox, "-o", folder / "d.exr", "--set", kPainting + "=" + folder / "small.exr"}).code, 3);
+    EXPECT_EQ(runProgram({"render", kBox, "-o", folder / "d.exr", "--set", kPainting + "=1.5"}).code, 2);
+}
+
+TEST(ProgramGradient, DirectionsAreLinear) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> common = {"gradient", kBox, "--param", kPainting, "--spp", "4", "--set", kPainting + "=0.5", "-o"};
+    const auto gradient = [&](const std::string& direction) {
+        std::vector<std::string> arguments = common;
+        arguments.insert(arguments.end(), {folder / "g.exr", "--direction", direction});
+        const auto json = run(arguments);
+        EXPECT_EQ(json.at("seconds").at("primal"), 0); // forward mode runs no primal pass
+        return readImage(folder / "g.exr").image;
+    };
+    writeExr(folder / "v.exr", Image(64, 64, 3, -2.0f));
+    const Image one = gradient("one"), self = gradient("self"), file = gradient(folder / "v.exr");
+    double largest = 0;
+    for (const float v : one.values)
+        largest = std::max(largest, std::abs(double(v)));
+    ASSERT_GT(largest, 0);
+    for (std::size_t i = 0; i < one.values.size(); ++i) {
+        EXPECT_NEAR(self.values[i], 0.5f * one.values[i], 1e-5 * largest); // every value is 0.5
+        EXPECT_NEAR(file.values[i], -2 * one.values[i], 1e-5 * largest);
+    }
+}
+
+TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
+    const test::TemporaryFolder folder;
+    run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});
+    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.*o*", "--target", folder / "t.exr", "--loss", "l1",
+                           "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
+    EXPECT_EQ(json.at("loss").size(), 1u);
+    EXPECT_GT(json.at("loss")[0], 0);
+    EXPECT_GT(json.at("seconds").at("primal"), 0);
+    const Image painting = readImage(folder / "g/painting.baseColor.exr").image, white = readImage(folder / "g/white.baseColor.exr").image;
+    EXPECT_EQ(painting.width, 64);
+    EXPECT_EQ(painting.height, 64);
+    EXPECT_EQ(white.width, 1);
+    const Image roughness = readImage(folder / "g/white.roughness.exr").image; // a scalar: three equal channels
+    ASSERT_EQ(roughness.channels, 3);
+    EXPECT_EQ(roughness.values[0], roughness.values[1]);
+    EXPECT_EQ(roughness.values[0], roughness.values[2]);
+    run({"gradient", kBox, "--param", kPainting, "--adjoint", folder / "t.exr", "--spp", "4", "-o", folder / "one.exr"});
+    EXPECT_EQ(readImage(folder / "one.exr").image.width, 64);
+    EXPECT_EQ(
+        runProgram({"gradient", kBox, "--param", kPainting, "--adjoint", folder / "t.exr", "--width", "33", "-o", folder / "x.exr"}).code,
+        3);
+    EXPECT_EQ(runProgram({"gradient", kBox, "--param", kPainting, "--adjoint", kBox, "-o", folder / "x.exr"}).code, 3);
+}
+
+TEST(ProgramGradient, CheckAgrees) {
+    const auto json = run({"gradient", kBox, "--param", "white.baseColor", "--param", "light.emission", "--check", "--spp", "8"});
+    ASSERT_EQ(json.at("check").size(), 2u);
+    for (const auto& check : json.at("check")) {
+        EXPECT_TRUE(check.at("agrees").get<bool>());
+        EXPECT_LT(check.at("comparisons")[0].at("power").get<double>(), 0.1) << check.at("parameter"); // it could have failed
+    }
+}
+
+TEST(ProgramOptimize, WritesItsFolder) {
+    const test::TemporaryFolder folder;
+    run({"render", kBox, "-o", folder / "t.exr", "--spp", "16"});
+    const auto json = run({"optimize", kBox, "--param", "white.baseColor", "--set", "white.baseColor=0.4", "--target", folder / "t.exr",
+                           "--steps", "12", "--spp", "8", "--rate", "0.05", "-o", folder / "out"});
+    ASSERT_EQ(json.at("loss").size(), 12u);
+    EXPECT_LT(json.at("loss")[11].get<double>(), 0.5 * json.at("loss")[0].get<double>());
+    for (const char* name : {"loss.csv", "loss.svg", "run.json", "contact_sheet.png", "scene.gltf", "parameters/white.baseColor.exr",
+                             "target.exr", "initial.exr", "final.exr"})
+        EXPECT_TRUE(fs::exists(folder / "out/" + name)) << name;
+    for (const auto& [name, path] : json.at("outputs").items())
+        EXPECT_TRUE(fs::exists(path.get<std::string>())) << name;
+}
+
+TEST(ProgramOptimize, InterruptionKeepsEverything) {
+    const test::TemporaryFolder folder;
+    run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        const std::string target = folder / "t.exr", out = folder / "out";
+        execl(CMPG_BINARY, CMPG_BINARY, "optimize", kBox.c_str(), "--param", "white.baseColor", "--target", target.c_str(), "--steps",
+              "1000000", "--quiet", "-o", out.c_str(), nullptr);
+        _exit(99);
+    }
+    // Its second step is in loss.csv: header and two rows.
+    const auto rows = [&] {
+        const std::string csv = readText(folder / "out/loss.csv");
+        return std::count(csv.begin(), csv.end(), '\n');
+    };
+    for (int i = 0; i < 1200 && rows() < 3; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    kill(child, SIGINT);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_GE(rows(), 3);
+    for (const char* name : {"final.exr", "scene.gltf", "contact_sheet.png", "run.json"})
+        EXPECT_TRUE(fs::exists(folder / "out/" + name)) << name;
+}
+
+} // namespace
+} // namespace cmpg
