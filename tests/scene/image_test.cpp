@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace cmpg::test {
 namespace {
@@ -139,6 +140,30 @@ TEST(ImageInput, MalformedFilesAreInputErrors) {
     EXPECT_EQ(codeOf([&] { readImage(folder / "nan.exr"); }), ExitCode::Input);
     saveExr(folder / "two.exr", 1, 1, "UV", {0, 0});
     EXPECT_EQ(codeOf([&] { readImage(folder / "two.exr"); }), ExitCode::Input);
+}
+
+TEST(ImageInput, RandomDamageNeverCrashes) {
+    const TempFolder folder;
+    const std::vector<std::uint8_t> codes(24 * 24 * 3, 77);
+    savePng(folder / "a.png", 24, 24, 3, codes);
+    stbi_write_jpg((folder / "a.jpg").c_str(), 24, 24, 3, codes.data(), 90);
+    const std::vector<float> values(24 * 24 * 3, 1.5f);
+    stbi_write_hdr((folder / "a.hdr").c_str(), 24, 24, 3, values.data());
+    saveExr(folder / "a.exr", 24, 24, "RGB", values);
+    std::mt19937 random(1);
+    for (const char* name : {"a.png", "a.jpg", "a.hdr", "a.exr"}) {
+        const std::string whole = readText(folder / name);
+        int refused = 0;
+        for (int trial = 0; trial < 1000; ++trial) {
+            std::string damaged = whole;
+            for (unsigned i = 0; i <= random() % 3; ++i) damaged[random() % damaged.size()] = char(random());
+            writeText(folder / "x", damaged);
+            const ExitCode code = codeOf([&] { readImage(folder / "x", false, 1u << 20); });
+            ASSERT_TRUE(code == ExitCode::Done || code == ExitCode::Input) << name << " trial " << trial;
+            refused += code == ExitCode::Input;
+        }
+        EXPECT_GT(refused, 20) << name;
+    }
 }
 
 TEST(ImageInput, SizeIsCheckedFromTheHeader) {
