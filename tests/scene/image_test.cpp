@@ -115,13 +115,18 @@ TEST(OtherFormats, JpgAndHdr) {
     const ReadImage hdr = readImage(folder / "a.hdr");
     EXPECT_FALSE(hdr.eightBit);
     EXPECT_NEAR(hdr.image.values[0], 12, 12.0 / 128); // 8-bit mantissa
+    // By hand, without runs: mantissas 128, 64, 0 and exponent 129 mean 128/256 * 2, and so on; exponent 0 is black.
+    const std::string flat("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\0\x81\xff\xff\xff\0", 53);
+    writeText(folder / "flat.hdr", flat);
+    EXPECT_EQ(readImage(folder / "flat.hdr").image.values, (std::vector<float>{1, 0.5f, 0, 0, 0, 0}));
 }
 
 TEST(ImageInput, MalformedFilesAreInputErrors) {
     const TempFolder folder;
     saveExr(folder / "good.exr", 33, 17, "RGB", std::vector<float>(33 * 17 * 3, 0.5f));
     savePng(folder / "good.png", 33, 17, 3, std::vector<std::uint8_t>(33 * 17 * 3, 9));
-    for (const char* name : {"good.exr", "good.png"}) {
+    stbi_write_hdr((folder / "good.hdr").c_str(), 33, 17, 3, std::vector<float>(33 * 17 * 3, 0.5f).data());
+    for (const char* name : {"good.exr", "good.png", "good.hdr"}) {
         const std::string whole = readText(folder / name);
         int failures = 0;
         for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(whole.size() / 64, 1)) {
