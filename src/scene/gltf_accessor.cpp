@@ -47,7 +47,9 @@ struct Elements {
     }
     std::uint32_t integer(std::uint64_t i) const {
         if (bytes.empty()) return 0;
-        return type == UnsignedByte ? load<std::uint8_t>(i, 0) : type == UnsignedShort ? load<std::uint16_t>(i, 0) : load<std::uint32_t>(i, 0);
+        if (type == UnsignedByte) return load<std::uint8_t>(i, 0);
+        if (type == UnsignedShort) return load<std::uint16_t>(i, 0);
+        return load<std::uint32_t>(i, 0);
     }
     float real(std::uint64_t i, std::uint32_t c) const {
         if (bytes.empty()) return 0;

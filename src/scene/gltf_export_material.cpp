@@ -15,7 +15,8 @@ std::uint8_t srgbCode(float v) { return code(srgbEncode(std::clamp(v, 0.0f, 1.0f
 class MaterialExporter {
   public:
     MaterialExporter(Json& root, GltfDocument& source, const Scene& scene, std::uint32_t index, ExportFolder& folder)
-        : root_(root), json_(root["materials"][index]), source_(source), scene_(scene), material_(scene.materials[index]), folder_(folder) {}
+        : root_(root), json_(root["materials"][index]), source_(source), scene_(scene), material_(scene.materials[index]),
+          folder_(folder) {}
 
     void baseColor();
     void metallicRoughness();

@@ -50,6 +50,14 @@ glm::vec3 unitOrZero(const glm::dvec3& v) {
     return length > 0 && std::isfinite(length) ? glm::vec3(v / length) : glm::vec3(0);
 }
 
+glm::vec4 colorAt(GltfLoad& load, const AccessorValues& colors, std::uint32_t i) {
+    if (!colors.count) return glm::vec4(1);
+    const glm::vec4 color(colors(i, 0), colors(i, 1), colors(i, 2), colors.components == 4 ? colors(i, 3) : 1.0f);
+    const glm::vec4 clamped = glm::clamp(color, 0.0f, 1.0f);
+    if (clamped != color) load.warn("vertex colours outside [0,1] were clamped");
+    return clamped;
+}
+
 void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const glm::dmat4& toWorld) {
     const std::uint64_t mode = primitive["mode"].integer(4, 65535);
     if (mode > 6) primitive["mode"].fail("is not a primitive mode of glTF");
@@ -86,7 +94,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const
         if (!attributes[name].exists()) return AccessorValues{};
         AccessorValues values = readAccessor(load.document, attributes[name], fewest, most);
         if (values.count != count)
-            attributes[name].fail("has " + std::to_string(values.count) + " elements, but there are " + std::to_string(count) + " positions");
+            attributes[name].fail("has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
         return values;
     };
     const AccessorValues normals = optional("NORMAL", 3, 3), uv0 = optional("TEXCOORD_0", 2, 2), uv1 = optional("TEXCOORD_1", 2, 2);
@@ -117,8 +125,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const
                                             : glm::vec3(0));
         out.uv0.push_back(uv0.count ? glm::vec2(uv0(i, 0), uv0(i, 1)) : glm::vec2(0));
         out.uv1.push_back(uv1.count ? glm::vec2(uv1(i, 0), uv1(i, 1)) : glm::vec2(0));
-        out.colors.push_back(colors.count ? glm::vec4(colors(i, 0), colors(i, 1), colors(i, 2), colors.components == 4 ? colors(i, 3) : 1.0f)
-                                          : glm::vec4(1));
+        out.colors.push_back(colorAt(load, colors, i));
         glm::vec4 tangent(0);
         if (tangents.count) {
             const glm::vec3 t = unitOrZero(linear * glm::dvec3(tangents(i, 0), tangents(i, 1), tangents(i, 2)));

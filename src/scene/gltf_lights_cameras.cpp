@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
+#include <glm/gtx/component_wise.hpp>
 #include <limits>
 
 namespace cmpg {
@@ -24,8 +25,9 @@ glm::mat4 cameraFrame(const GltfLoad& load, const NodeInstance& instance, const 
     const glm::dvec3 across = m[0] - z * glm::dot(m[0], z);
     const glm::dvec3 x = glm::normalize(across - y * glm::dot(across, y));
     const double sum = glm::dot(x, x) + glm::dot(y, y) + glm::dot(z, z);
-    if (!std::isfinite(sum)) node.fail("carries a camera, but its transform is singular", "a scale of zero", "give the camera's node a scale of 1");
-    return {glm::vec4(glm::vec3(x), 0), glm::vec4(glm::vec3(y), 0), glm::vec4(glm::vec3(z), 0), glm::vec4(place(load, instance.toWorld), 1)};
+    if (!std::isfinite(sum))
+        node.fail("carries a camera, but its transform is singular", "a scale of zero", "give the camera's node a scale of 1");
+    return glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(place(load, instance.toWorld), 1)));
 }
 
 void addCamera(GltfLoad& load, const NodeInstance& instance, const JsonView& node, const JsonView& json, std::set<std::string>& names) {
@@ -107,6 +109,7 @@ void loadLights(GltfLoad& load) {
             light.direction = glm::vec3(glm::normalize(forward));
         }
         light.intensity = glm::max(json["color"].vec(glm::vec3(1)), 0.0f) * json["intensity"].real(1, 0, kAny);
+        if (!(glm::compMax(light.intensity) <= kAny)) json["intensity"].fail("times the colour is too large a number");
         light.range = json["range"].real(0, 0, kAny);
         const float outer = json["spot"]["outerConeAngle"].real(glm::quarter_pi<float>(), 0, glm::half_pi<float>());
         const float inner = json["spot"]["innerConeAngle"].real(0, 0, glm::half_pi<float>());

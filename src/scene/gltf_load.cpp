@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
+#include <limits>
 #include <new>
 
 namespace cmpg {
@@ -127,6 +128,10 @@ std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
         if (seen[instance.node]) node.fail("is reached twice: it has two parents or is its own ancestor");
         seen[instance.node] = true;
         instance.toWorld = instance.toWorld * localTransform(node);
+        for (int i = 0; i < 16; ++i)
+            if (!(std::abs(instance.toWorld[i / 4][i % 4]) < double(std::numeric_limits<float>::max())))
+                node.fail("leaves the range of numbers by its transform and those above it", "a node scales too much",
+                          "check the transforms of the nodes");
         push(node["children"], instance.toWorld);
         found.push_back(instance);
     }

@@ -3,9 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtx/component_wise.hpp>
+#include <limits>
 
 namespace cmpg {
 namespace {
+
+// Leaves room for the products of a float texture and the sums of a path.
+constexpr float kBrightest = 1e30f;
 
 // The channels of an image that make a slot, and how its codes become values.
 struct SlotTexels {
@@ -46,7 +51,7 @@ void MaterialLoader::clampToRange(Parameter& p) {
     if (p.kind == SlotKind::Normal) return; // normalised at look-up
     std::size_t outside = 0;
     for (float& v : p.values) {
-        const float clamped = std::clamp(v, p.lowest(), p.highest());
+        const float clamped = std::clamp(v, p.lowest(), std::min(p.highest(), kBrightest));
         outside += clamped != v;
         v = clamped;
     }
@@ -103,7 +108,8 @@ void MaterialLoader::addAlphaTexture(Material& material, const JsonView& info) {
     alpha.alpha.resize(image.pixels());
     for (std::size_t i = 0; i < image.pixels(); ++i) {
         const std::size_t from = i * image.channels + image.channel(3);
-        alpha.alpha[i] = image.bytes.empty() ? std::uint8_t(std::lround(std::clamp(image.values[from], 0.0f, 1.0f) * 255)) : image.bytes[from];
+        const auto rounded = [](float v) { return std::uint8_t(std::lround(std::clamp(v, 0.0f, 1.0f) * 255)); };
+        alpha.alpha[i] = image.bytes.empty() ? rounded(image.values[from]) : image.bytes[from];
     }
     material.alphaTexture = std::uint32_t(load_.scene.alphaTextures.size());
     load_.scene.alphaTextures.push_back(std::move(alpha));
@@ -129,9 +135,10 @@ void MaterialLoader::add(const JsonView& json, std::string name) {
          {.channels = {3}, .scale = glm::vec3(specularFactor)});
     const float strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].real(1, 0, kAny);
     const glm::vec3 emission = glm::max(json["emissiveFactor"].vec(glm::vec3(0)), 0.0f) * strength;
+    if (!(glm::compMax(emission) <= kBrightest)) json["emissiveFactor"].fail("times its strength is too large a number");
     fill(slot(material, SlotKind::Emission, 3, emission), json["emissiveTexture"], {.color = true, .scale = emission});
     const JsonView normal = json["normalTexture"];
-    const float s = normal["scale"].real(1);
+    const float s = normal["scale"].real(1, -1e6f, 1e6f);
     Parameter& normals = slot(material, SlotKind::Normal, 3, glm::vec3(0, 0, 1));
     fill(normals, normal, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
     material.hasNormalMap = normals.textured;
@@ -166,8 +173,8 @@ void loadMaterials(GltfLoad& load) {
     load.scene.parameters.reserve((std::size_t(materials.size()) + 1) * kMaterialSlots + 1);
     MaterialLoader loader(load);
     for (std::uint32_t i = 0; i < materials.size(); ++i) loader.add(materials.at(i), "material" + std::to_string(i));
-    const std::uint32_t next = defaultMaterial(load);
-    if (usesDefaultMaterial(load)) loader.add(JsonView(nullptr, load.document.name(), "the default material"), "material" + std::to_string(next));
+    if (!usesDefaultMaterial(load)) return;
+    loader.add(JsonView(nullptr, load.document.name(), "the default material"), "material" + std::to_string(defaultMaterial(load)));
 }
 
 } // namespace cmpg

@@ -4,6 +4,7 @@
 #include "scene/file_io.h"
 #include "scene/image.h"
 
+#include <functional>
 #include <string>
 
 namespace cmpg {
@@ -31,6 +32,9 @@ struct ImageLimits {
 
 // Reads .exr .hdr .png .jpg by content; `name` stands in messages. Throws Error(Input) on anything malformed, non-finite or too large.
 RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits = {});
+
+// The .hdr part of it: throws std::runtime_error if malformed, and calls `checkSize` (width, height) before allocating.
+RawImage decodeHdr(std::span<const std::uint8_t> file, const std::function<void(std::uint64_t, std::uint64_t)>& checkSize);
 
 // The bytes writeExr() puts into a file, and a PNG file of 8-bit texels. Throw Error(Output).
 Bytes encodeExr(const Image& image);

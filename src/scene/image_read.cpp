@@ -106,20 +106,18 @@ struct StbFree {
     void operator()(void* p) const { stbi_image_free(p); }
 };
 
-RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits, bool hdr) {
+RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) {
     if (file.size() > std::size_t(std::numeric_limits<int>::max())) throw malformed(name, "it is larger than 2 GiB");
     const auto* data = file.data();
     const int size = int(file.size());
     int w = 0, h = 0, c = 0;
     if (!stbi_info_from_memory(data, size, &w, &h, &c) || c < 1 || c > 4) throw malformed(name, stbi_failure_reason());
-    const bool deep = !hdr && stbi_is_16_bit_from_memory(data, size);
-    checkSize(std::uint64_t(w), std::uint64_t(h), std::uint64_t(c) * (hdr || deep ? 4 : 1), name, limits);
+    const bool deep = stbi_is_16_bit_from_memory(data, size);
+    checkSize(std::uint64_t(w), std::uint64_t(h), std::uint64_t(c) * (deep ? 4 : 1), name, limits);
 
     RawImage image;
     std::unique_ptr<void, StbFree> pixels;
-    if (hdr)
-        pixels.reset(stbi_loadf_from_memory(data, size, &w, &h, &c, 3)), c = 3;
-    else if (deep)
+    if (deep)
         pixels.reset(stbi_load_16_from_memory(data, size, &w, &h, &c, 0));
     else
         pixels.reset(stbi_load_from_memory(data, size, &w, &h, &c, 0));
@@ -127,12 +125,8 @@ RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, 
     image.width = std::uint32_t(w);
     image.height = std::uint32_t(h);
     image.channels = std::uint32_t(c);
-    image.linear = hdr;
     const std::size_t count = image.pixels() * image.channels;
-    if (hdr) {
-        const auto* values = static_cast<const float*>(pixels.get());
-        image.values.assign(values, values + count);
-    } else if (deep) {
+    if (deep) {
         const auto* values = static_cast<const std::uint16_t*>(pixels.get());
         image.values.resize(count);
         for (std::size_t i = 0; i < count; ++i) image.values[i] = float(values[i]) / 65535.0f;
@@ -141,6 +135,14 @@ RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, 
         image.bytes.assign(values, values + count);
     }
     return image;
+}
+
+RawImage decodeRadiance(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
+    return decodeHdr(file, [&](std::uint64_t width, std::uint64_t height) { checkSize(width, height, 3 * sizeof(float), name, limits); });
+} catch (const Error&) {
+    throw;
+} catch (const std::runtime_error& e) {
+    throw malformed(name, e.what());
 }
 
 bool startsWith(std::span<const std::uint8_t> file, std::initializer_list<std::uint8_t> magic) {
@@ -154,9 +156,9 @@ RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name
     if (startsWith(file, {0x76, 0x2f, 0x31, 0x01}))
         image = decodeExr(file, name, limits);
     else if (startsWith(file, {'#', '?'}))
-        image = decodeStb(file, name, limits, true);
+        image = decodeRadiance(file, name, limits);
     else if (startsWith(file, {0x89, 'P', 'N', 'G'}) || startsWith(file, {0xff, 0xd8, 0xff}))
-        image = decodeStb(file, name, limits, false);
+        image = decodeStb(file, name, limits);
     else
         throw malformed(name, "its content is none of .exr, .hdr, .png, .jpg");
     checkFinite(image, name);

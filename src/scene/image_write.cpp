@@ -56,7 +56,8 @@ Bytes encodePlanes(int width, int height, const std::vector<Plane>& planes) {
         output.setFrameBuffer(frame);
         output.writePixels(height);
     } catch (const Iex::BaseExc& e) {
-        throw Error(ExitCode::Output, "cannot encode an EXR of " + std::to_string(width) + " x " + std::to_string(height) + ": " + e.what());
+        const std::string size = std::to_string(width) + " x " + std::to_string(height);
+        throw Error(ExitCode::Output, "cannot encode an EXR of " + size + ": " + e.what());
     }
     return std::move(stream.bytes);
 }

@@ -71,12 +71,25 @@ std::vector<Case> cases() {
         {"zero rotation", set("/nodes/0/rotation", {0, 0, 0, 0}), "nodes[0].rotation"},
         {"huge scale", set("/nodes/0/scale", {1e300, 1, 1}), "nodes[0].scale"},
         {"scales that multiply to infinity",
-         set("/nodes", {{{"children", {1}}, {"scale", {1e30, 1, 1}}}, {{"mesh", 0}, {"scale", {1e30, 1, 1}}}}), "POSITION"},
+         set("/nodes", {{{"children", {1}}, {"scale", {1e30, 1, 1}}}, {{"mesh", 0}, {"scale", {1e30, 1, 1}}}}), "nodes[1]"},
+        {"a vertex scaled to infinity",
+         [](GltfWriter& w) {
+             json(w, kPositions) = w.floats({0, 0, 0, 1e10f, 0, 0, 0, 1, 0}, 3);
+             json(w, "/nodes/0/scale") = {1e30, 1, 1};
+         },
+         "POSITION"},
+        {"infinite emission",
+         [](GltfWriter& w) {
+             json(w, "/materials/0/emissiveFactor") = {1e30, 0, 0};
+             json(w, "/materials/0/extensions") = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 1e30}}}};
+         },
+         "emissiveFactor"},
         // Buffers and accessors.
         {"absurd count", set("/accessors/0/count", 4000000000u), "accessors[0].count"},
         {"count beyond the data", set("/accessors/0/count", 4), "accessors[0]"},
         {"absurd count without data",
-         [](GltfWriter& w) { json(w, "/accessors/0") = {{"componentType", 5126}, {"type", "VEC3"}, {"count", 300000000}}; }, "accessors[0].count"},
+         [](GltfWriter& w) { json(w, "/accessors/0") = {{"componentType", 5126}, {"type", "VEC3"}, {"count", 300000000}}; },
+         "accessors[0].count"},
         {"negative count", set("/accessors/0/count", -3), "accessors[0].count"},
         {"offset that wraps around", set("/accessors/0/byteOffset", 18446744073709551615u), "accessors[0].byteOffset"},
         {"offset beyond the view", set("/accessors/0/byteOffset", 4), "accessors[0]"},
@@ -214,9 +227,13 @@ TEST(GltfBadInput, FilesThatAreNoScenes) {
     EXPECT_EQ(outcome(folder / "none.gltf"), ExitCode::Input);
     EXPECT_EQ(outcome(folder.path()), ExitCode::Input);
     EXPECT_EQ(outcome("/dev/zero"), ExitCode::Input);
-    const std::vector<std::string> texts = {"", "{", "[]", "3", "null", "\xff\xfe", "{\"asset\":{\"version\":1e999}}", std::string(100000, '['),
-                                            "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + std::string(100000, '[') + std::string(100000, ']') + "}",
-                                            "glTF", std::string("glTF\2\0\0\0\xff\xff\xff\xff\0\0\0\0JSON", 20)};
+    const std::string open(100000, '['), close(100000, ']');
+    const std::vector<std::string> texts = {
+        "",   "{",  "[]",
+        "3",  "null", "\xff\xfe",
+        open, "{\"asset\":{\"version\":1e999}}", "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + open + close + "}",
+        "glTF", std::string("glTF\2\0\0\0\xff\xff\xff\xff\0\0\0\0JSON", 20),
+    };
     for (const std::string& text : texts) {
         writeText(folder / "x.gltf", text);
         EXPECT_EQ(outcome(folder / "x.gltf"), ExitCode::Input) << text.substr(0, 40);

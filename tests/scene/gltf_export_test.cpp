@@ -23,7 +23,8 @@ struct Fixture {
         const Json info = {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"offset", {0.5, 0}}}}}}};
         w.json["materials"] = {
             {{"name", "a/b"},
-             {"pbrMetallicRoughness", {{"baseColorTexture", info}, {"baseColorFactor", {0.5, 1, 1, 0.75}}, {"metallicRoughnessTexture", info}}},
+             {"pbrMetallicRoughness",
+              {{"baseColorTexture", info}, {"baseColorFactor", {0.5, 1, 1, 0.75}}, {"metallicRoughnessTexture", info}}},
              {"normalTexture", {{"index", 0}, {"scale", 0.5}}},
              {"emissiveTexture", info},
              {"emissiveFactor", {1, 1, 1}},

@@ -11,7 +11,9 @@ Scene load(GltfWriter& w) {
     return loadGltf(w.write(folder));
 }
 
-glm::vec3 corner(const Scene& s, std::size_t triangle, std::size_t i) { return s.geometry.positions[s.geometry.triangles[triangle].vertices[i]]; }
+glm::vec3 corner(const Scene& s, std::size_t triangle, std::size_t i) {
+    return s.geometry.positions[s.geometry.triangles[triangle].vertices[i]];
+}
 glm::vec3 faceNormal(const Scene& s, std::size_t t) {
     return glm::normalize(glm::cross(corner(s, t, 1) - corner(s, t, 0), corner(s, t, 2) - corner(s, t, 0)));
 }
@@ -99,7 +101,8 @@ TEST(GltfGeometry, QuantisedPositions) {
     GltfWriter w = oneTriangle();
     w.json["extensionsRequired"] = {"KHR_mesh_quantization"};
     // int16, padded to 8 bytes an element; -32768 and -32767 both mean -1.
-    primitive(w)["attributes"]["POSITION"] = w.accessor(std::vector<std::int16_t>{-32768, 0, 0, 0, 32767, 0, 0, 0, 0, 32767, 0, 0}, 4, 5122, true);
+    const std::vector<std::int16_t> corners{-32768, 0, 0, 0, 32767, 0, 0, 0, 0, 32767, 0, 0};
+    primitive(w)["attributes"]["POSITION"] = w.accessor(corners, 4, 5122, true);
     Json& accessor = w.json["accessors"].back();
     accessor["type"] = "VEC3";
     w.json["bufferViews"].back()["byteStride"] = 8;

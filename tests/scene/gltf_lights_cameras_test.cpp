@@ -12,7 +12,7 @@ TEST(GltfCameras, PerspectiveAndOrthographic) {
     const TempFolder folder;
     GltfWriter w = oneTriangle();
     w.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.7}, {"aspectRatio", 1.5}, {"znear", 0.1}}}},
-                         {{"name", "flat"}, {"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", -2}, {"zfar", 9}, {"znear", 0}}}}};
+                         {{"name", "flat"}, {"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", -2}}}}};
     const float h = std::sqrt(0.5f);
     // Turned by 90 degrees about y, so that -Z becomes -X; the scale must not reach the frame.
     w.json["nodes"] = {{{"mesh", 0}, {"children", {1, 2, 3}}},

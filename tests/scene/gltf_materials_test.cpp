@@ -147,8 +147,9 @@ TEST(GltfMaterials, SamplerAndTextureTransform) {
     EXPECT_TRUE(p.nearest);
     EXPECT_EQ(p.texcoord, 1u);
     const auto map = [&](float u, float v) { return p.uvTransform * glm::vec3(u, v, 1); };
-    for (const auto& [from, to] : {std::pair(glm::vec2(0, 0), glm::vec2(0, 1)), {{1, 0}, {0, 0.5f}}, {{0, 1}, {0.5f, 1}}, {{1, 1}, {0.5f, 0.5f}}})
-        EXPECT_NEAR(glm::length(map(from.x, from.y) - to), 0, 1e-6f) << from.x << " " << from.y;
+    const std::pair<glm::vec2, glm::vec2> corners[] = {
+        {{0, 0}, {0, 1}}, {{1, 0}, {0, 0.5f}}, {{0, 1}, {0.5f, 1}}, {{1, 1}, {0.5f, 0.5f}}};
+    for (const auto& [from, to] : corners) EXPECT_NEAR(glm::length(map(from.x, from.y) - to), 0, 1e-6f) << from.x << " " << from.y;
 }
 
 TEST(GltfMaterials, MaskKeepsTheAlphaOfTheTexture) {
@@ -198,7 +199,9 @@ TEST(GltfMaterials, ImagesInTheBinaryChunkAndInDataUris) {
     writeText(f.folder / "s.glb", f.w.glb());
     expectValues(valuesOf(loadGltf(f.folder / "s.glb"), "wall.roughness"), {0.4f});
     // A grey pixel of code 128, as base64 of a PNG written elsewhere (Python's zlib).
-    f.w.json["images"] = {{{"uri", "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}}};
+    f.w.json["images"] = {{{"uri", "data:image/png;base64,"
+                                     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6"
+                                     "fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}}};
     expectValues(valuesOf(f.load(), "wall.roughness"), {128 / 255.0f});
 }
 

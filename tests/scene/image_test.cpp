@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace cmpg::test {
 namespace {
@@ -114,13 +115,18 @@ TEST(OtherFormats, JpgAndHdr) {
     const ReadImage hdr = readImage(folder / "a.hdr");
     EXPECT_FALSE(hdr.eightBit);
     EXPECT_NEAR(hdr.image.values[0], 12, 12.0 / 128); // 8-bit mantissa
+    // By hand, without runs: mantissas 128, 64, 0 and exponent 129 mean 128/256 * 2, and so on; exponent 0 is black.
+    const std::string flat("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\0\x81\xff\xff\xff\0", 53);
+    writeText(folder / "flat.hdr", flat);
+    EXPECT_EQ(readImage(folder / "flat.hdr").image.values, (std::vector<float>{1, 0.5f, 0, 0, 0, 0}));
 }
 
 TEST(ImageInput, MalformedFilesAreInputErrors) {
     const TempFolder folder;
     saveExr(folder / "good.exr", 33, 17, "RGB", std::vector<float>(33 * 17 * 3, 0.5f));
     savePng(folder / "good.png", 33, 17, 3, std::vector<std::uint8_t>(33 * 17 * 3, 9));
-    for (const char* name : {"good.exr", "good.png"}) {
+    stbi_write_hdr((folder / "good.hdr").c_str(), 33, 17, 3, std::vector<float>(33 * 17 * 3, 0.5f).data());
+    for (const char* name : {"good.exr", "good.png", "good.hdr"}) {
         const std::string whole = readText(folder / name);
         int failures = 0;
         for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(whole.size() / 64, 1)) {
@@ -139,6 +145,30 @@ TEST(ImageInput, MalformedFilesAreInputErrors) {
     EXPECT_EQ(codeOf([&] { readImage(folder / "nan.exr"); }), ExitCode::Input);
     saveExr(folder / "two.exr", 1, 1, "UV", {0, 0});
     EXPECT_EQ(codeOf([&] { readImage(folder / "two.exr"); }), ExitCode::Input);
+}
+
+TEST(ImageInput, RandomDamageNeverCrashes) {
+    const TempFolder folder;
+    const std::vector<std::uint8_t> codes(24 * 24 * 3, 77);
+    savePng(folder / "a.png", 24, 24, 3, codes);
+    stbi_write_jpg((folder / "a.jpg").c_str(), 24, 24, 3, codes.data(), 90);
+    const std::vector<float> values(24 * 24 * 3, 1.5f);
+    stbi_write_hdr((folder / "a.hdr").c_str(), 24, 24, 3, values.data());
+    saveExr(folder / "a.exr", 24, 24, "RGB", values);
+    std::mt19937 random(1);
+    for (const char* name : {"a.png", "a.jpg", "a.hdr", "a.exr"}) {
+        const std::string whole = readText(folder / name);
+        int refused = 0;
+        for (int trial = 0; trial < 1000; ++trial) {
+            std::string damaged = whole;
+            for (unsigned i = 0; i <= random() % 3; ++i) damaged[random() % damaged.size()] = char(random());
+            writeText(folder / "x", damaged);
+            const ExitCode code = codeOf([&] { readImage(folder / "x", false, 1u << 20); });
+            ASSERT_TRUE(code == ExitCode::Done || code == ExitCode::Input) << name << " trial " << trial;
+            refused += code == ExitCode::Input;
+        }
+        EXPECT_GT(refused, 20) << name;
+    }
 }
 
 TEST(ImageInput, SizeIsCheckedFromTheHeader) {
