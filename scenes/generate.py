@@ -137,10 +137,10 @@ def sky(u, v):
     elevation = math.pi * (0.5 - v)
     azimuth = math.cos(2 * math.pi * (u - SUN_COLUMN / 128))
     if elevation < 0:
-        return (0.17, 0.15, 0.12)
+        return (0.10, 0.09, 0.075)
     up = math.sin(elevation) ** 0.6
-    glow = 0.2 * math.exp(-6 * elevation) * (0.6 + 0.4 * azimuth)
-    return (0.08 - 0.045 * up + glow, 0.10 - 0.035 * up + 0.6 * glow, 0.16 + 0.01 * up + 0.25 * glow)
+    glow = 0.14 * math.exp(-6 * elevation) * (0.6 + 0.4 * azimuth)
+    return (0.05 - 0.025 * up + glow, 0.065 - 0.02 * up + 0.6 * glow, 0.10 + 0.01 * up + 0.25 * glow)
 
 
 SUN_COLUMN, SUN_ROW = 44, 19

@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Makes the reference images and gradients in this folder with Mitsuba 3 (pip install mitsuba numpy; not needed by the tests).
+
+    make_references.py [--only TEXT]     # all jobs, or those whose name contains TEXT
+
+Mitsuba's llvm variants need LLVM >= 16: on Debian 12 install libllvm19 and set DRJIT_LIBLLVM_PATH=libLLVM.so.19.1.
+Every result is the mean over independent seeds; <name>.error.exr holds the standard error of that mean. references.json says how
+each was made. Directions are ours: "one" adds 1 to every entry of the parameter, "self" adds the parameter itself.
+"""
+import argparse
+import json
+import math
+import pathlib
+import sys
+import time
+
+here = pathlib.Path(__file__).resolve().parent
+sys.path += [str(here), str(here.parent.parent / "scenes")]
+
+import mitsuba as mi
+
+mi.set_variant("llvm_ad_rgb")
+
+import drjit as dr
+import gltf_bsdf
+import images
+import numpy as np
+from mitsuba_scene import Translation
+
+gltf_bsdf.register()
+
+SIZE, SEEDS = 64, 16
+# Scene: samples per pixel and seed, then the derivatives worth having there: (parameter, direction or "reverse").
+JOBS = {
+    "box": (48, [("painting.baseColor", "one"), ("white.baseColor", "one"), ("light.emission", "self"),
+                 ("painting.baseColor", "reverse"), ("left.baseColor", "reverse")]),
+    "door": (192, [("painting.baseColor", "one"), ("painting.baseColor", "reverse")]),
+    "bowl": (64, [("table.baseColor", "one"), ("bowl.baseColor", "self"), ("bowl.roughness", "one"),
+                   ("table.baseColor", "reverse"), ("bowl.roughness", "reverse")]),
+    "environment": (48, [("painting.baseColor", "one"), ("environment.radiance", "self"), ("ball.roughness", "one"),
+                         ("painting.baseColor", "reverse"), ("environment.radiance", "reverse")]),
+    "materials": (48, [("varied.baseColor", "one"), ("varied.roughness", "one"), ("varied.metallic", "one"),
+                       ("varied.specular", "one"), ("wavy.normal", "one"), ("plastic.specular", "self"), ("half.metallic", "one"),
+                       ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse"),
+                       ("wavy.normal", "reverse"), ("lamp.emission", "reverse"), ("half.metallic", "reverse")]),
+}
+
+
+def adjoint():
+    """The fixed adjoint image of all reverse gradients: smooth, coloured, of mostly one sign."""
+    x, y = np.meshgrid((np.arange(SIZE) + 0.5) / SIZE, (np.arange(SIZE) + 0.5) / SIZE)
+    return np.stack([1 + 0.8 * np.sin(2 * math.pi * (2 * x + y)), 1 + 0.8 * np.cos(2 * math.pi * (x - 2 * y)),
+                     0.8 - 0.6 * np.sin(2 * math.pi * (x + y))], -1)
+
+
+def write_exr(name, values):
+    """float32 RGB; one channel is written three times."""
+    values = np.broadcast_to(values, (*values.shape[:2], 3)).tolist()
+    height, width = len(values), len(values[0])
+    picture = images.Picture(width, height, lambda u, v: values[int(v * height)][int(u * width)])
+    (here / name).write_bytes(picture.exr())
+
+
+class Gradient:
+    """Derivatives of one scene's image with respect to one parameter."""
+
+    def __init__(self, translation, parameter):
+        self.scene, self.integrator = translation.scene, translation.integrator()
+        self.parameters, self.key = translation.parameter(parameter)
+        self.base = type(self.parameters[self.key])(self.parameters[self.key])
+        self.unit = 1.0
+        self.environment = parameter == "environment.radiance"
+        if self.environment:  # our values include the intensity, Mitsuba's do not
+            self.unit = 1 / translation.extras["environment"].get("intensity", 1)
+
+    def set(self, value):
+        self.parameters[self.key] = value
+        self.parameters.update()
+
+    def forward(self, direction, spp, seed):
+        t = mi.Float(0)
+        dr.enable_grad(t)
+        self.set(self.base + t * (self.base if direction == "self" else self.unit))
+        image = mi.render(self.scene, self.parameters, integrator=self.integrator, spp=spp, seed=seed)
+        dr.forward(t, dr.ADFlag.ClearEdges)  # edges from t to the parameter must be gone when rendering starts
+        result = np.array(dr.grad(image))
+        self.set(self.base)
+        return result
+
+    def difference(self, direction, spp, seed, step=0.05):
+        """Central finite difference, to check `forward`. Sampling follows the parameter, so a small step would be all noise."""
+        ends = []
+        for side in (-step, step):
+            self.set(self.base + side * (self.base if direction == "self" else self.unit))
+            ends.append(np.array(mi.render(self.scene, integrator=self.integrator, spp=spp, seed=seed)))
+        self.set(self.base)
+        return (ends[1] - ends[0]) / (2 * step)
+
+    def reverse(self, weights, spp, seed):
+        value = type(self.base)(self.base)
+        dr.enable_grad(value)
+        self.set(value)
+        image = mi.render(self.scene, self.parameters, integrator=self.integrator, spp=spp, seed=seed)
+        dr.backward(dr.sum(image * mi.TensorXf(weights.astype(np.float32)), axis=None))
+        result = np.array(dr.grad(self.parameters[self.key])) * self.unit
+        self.set(type(self.base)(self.base))
+        if result.ndim < 3:  # a constant
+            result = result.reshape(1, 1, -1)
+        if self.environment:  # the last column repeats the first so that Mitsuba's look-up wraps
+            result[:, 0] += result[:, -1]
+            result = result[:, :-1]
+        return result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", metavar="TEXT")
+    parser.add_argument("--check", action="store_true", help="compare forward derivatives with finite differences instead")
+    options = parser.parse_args()
+    record = here / "references.json"
+    made = json.loads(record.read_text()) if record.exists() else {"references": {}}
+    made["mitsuba"], made["size"] = mi.__version__, SIZE
+    weights = adjoint().astype(np.float32)
+    write_exr("adjoint.exr", weights)
+    for scene, (spp, derivatives) in JOBS.items():
+        translation = None
+        for parameter, kind in [(None, "image")] + derivatives:
+            name = f"{scene}_{'image' if parameter is None else f'{parameter}_{kind}'}"
+            if options.only not in name:
+                continue
+            translation = translation or Translation(here.parent.parent / "scenes" / scene, SIZE, SIZE)
+            if options.check:
+                if kind in ("one", "self"):
+                    gradient = Gradient(translation, parameter)
+                    for way in (gradient.forward, gradient.difference):
+                        means = np.array([way(kind, spp, s).mean((0, 1)) for s in range(SEEDS)])
+                        print(f"{name}: {way.__name__} {means.mean(0)} +- {means.std(0) / math.sqrt(SEEDS - 1)}", flush=True)
+                continue
+            start = time.time()
+            if kind == "image":
+                integrator = translation.integrator()
+                sample = lambda seed: np.array(mi.render(translation.scene, integrator=integrator, spp=spp, seed=seed))
+            else:
+                gradient = Gradient(translation, parameter)
+                sample = (lambda seed: gradient.reverse(weights, spp, seed)) if kind == "reverse" else \
+                    (lambda seed: gradient.forward(kind, spp, seed))
+            runs = np.array([sample(1000 + s) for s in range(SEEDS)], dtype=np.float64)
+            mean, error = runs.mean(0), runs.std(0, ddof=1) / math.sqrt(SEEDS)
+            write_exr(name + ".exr", mean)
+            write_exr(name + ".error.exr", error)
+            entry = {"scene": scene, "what": kind, "spp": spp, "seeds": SEEDS, "maxDepth": translation.max_depth,
+                     "file": name + ".exr", "error": name + ".error.exr"}
+            if parameter:
+                entry["parameter"] = parameter
+            if kind == "reverse":
+                entry["adjoint"] = "adjoint.exr"
+            made["references"][name] = entry
+            record.write_text(json.dumps(made, indent=1, sort_keys=True) + "\n")
+            spread = runs.mean((1, 2)).std(0, ddof=1) / math.sqrt(SEEDS)
+            print(f"{name}: mean {mean.mean((0, 1))} +- {spread}, {time.time() - start:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
