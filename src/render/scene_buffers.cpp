@@ -57,8 +57,8 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
 void SceneBuffers::uploadGeometry(Device& device) {
     const Geometry& g = scene_.geometry;
     const std::size_t count = bvh_.order.size();
-    nodes_ = Buffer(device, "bvh nodes", bvh_.nodes.size() * sizeof(bvh_.nodes[0]), MemoryKind::Scene, Texel::Rgba32ui);
-    nodes_.uploadAll(bvh_.nodes);
+    nodes_ = Buffer(device, "bvh nodes", bvh_.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui);
+    nodes_.uploadAll(bvh_.records);
 
     std::vector<glm::vec4> corners(std::max<std::size_t>(1, count) * 3, glm::vec4(0));
     std::vector<glm::uvec4> indices(std::max<std::size_t>(1, count), glm::uvec4(0));
