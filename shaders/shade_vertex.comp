@@ -34,14 +34,16 @@ uint allocateRay(bool wanted) {
     const uvec4 votes = subgroupBallot(wanted);
     uint first = 0;
     if (subgroupElect()) first = atomicAdd(counts[push.bounce + 1].rays, subgroupBallotBitCount(votes));
-    return wanted ? subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes) : kNone;
+    first = subgroupBroadcastFirst(first); // by all lanes: the elected one need not want a place
+    return wanted ? first + subgroupBallotExclusiveBitCount(votes) : kNone;
 }
 
 uint allocateShadowRay(bool wanted) {
     const uvec4 votes = subgroupBallot(wanted);
     uint first = 0;
     if (subgroupElect()) first = atomicAdd(counts[push.bounce].shadowRays, subgroupBallotBitCount(votes));
-    return wanted ? subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes) : kNone;
+    first = subgroupBroadcastFirst(first); // by all lanes: the elected one need not want a place
+    return wanted ? first + subgroupBallotExclusiveBitCount(votes) : kNone;
 }
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }

@@ -21,16 +21,15 @@ std::uint32_t texelsOf(const Parameter& p) {
     return std::uint32_t(p.channels == 1 ? (n + 3) / 4 : n);
 }
 
-// Does the slot need a look-up, or does its constant stand in the material?
-bool isLookedUp(const Parameter& p, const Material* m, const FeatureSet& f) {
-    if (p.kind == SlotKind::Radiance)
-        return true;
-    if (p.kind == SlotKind::Normal)
-        return f.normalMaps && m && (m->hasNormalMap || p.entries() > p.channels);
-    return p.entries() > p.channels;
-}
-
 } // namespace
+
+bool SceneBuffers::isLookedUp(std::uint32_t parameter) const {
+    const Parameter& p = scene_.parameters[parameter];
+    if (p.kind == SlotKind::Radiance || p.entries() > p.channels)
+        return true;
+    // A constant normal is the surface's own unless somebody changes it.
+    return p.kind == SlotKind::Normal && std::find(differentiable_.begin(), differentiable_.end(), parameter) != differentiable_.end();
+}
 
 SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen)
     : device_(device), scene_(scene), features_(features), differentiable_(differentiable), hasFrozen_(frozen) {
@@ -97,18 +96,18 @@ void SceneBuffers::uploadGeometry(Device& device) {
 
 void SceneBuffers::layOutValues(Device& device) {
     places_.assign(scene_.parameters.size(), gpu::kNone);
-    std::vector<const Material*> owner(scene_.parameters.size(), nullptr);
+    std::vector<bool> onSurface(scene_.parameters.size(), false);
     const std::vector<bool> used = usedMaterials(scene_);
     for (std::size_t m = 0; m < scene_.materials.size(); ++m)
         if (used[m])
             for (const std::uint32_t p : scene_.materials[m].parameters)
-                owner[p] = &scene_.materials[m];
+                onSurface[p] = true;
 
     Words packed;
     for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i) {
         const Parameter& p = scene_.parameters[i];
-        const bool read = owner[i] || p.kind == SlotKind::Radiance;
-        if (!read || !isLookedUp(p, owner[i], features_))
+        const bool read = onSurface[i] || p.kind == SlotKind::Radiance;
+        if (!read || !isLookedUp(i))
             continue;
         if (!p.values.empty()) {
             places_[i] = valueTexels_;
@@ -220,9 +219,8 @@ void SceneBuffers::uploadMaterials(bool frozen) {
                             ? std::uint32_t(scene_.materials.size()) * gpu::kSlotsPerMaterial + m.alphaTexture
                             : gpu::kNone;
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
-            const Parameter& p = scene_.parameters[m.parameters[k]];
             const bool differentiated = std::find(differentiable_.begin(), differentiable_.end(), m.parameters[k]) != differentiable_.end();
-            out.flags |= isLookedUp(p, &m, features_) ? 1u << k : 0;
+            out.flags |= isLookedUp(m.parameters[k]) ? 1u << k : 0;
             out.flags |= differentiated ? 1u << (gpu::kDifferentiatedShift + k) : 0;
         }
         const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];

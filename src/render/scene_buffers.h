@@ -25,6 +25,8 @@ class SceneBuffers {
     bool hasLight() const { return hasLight_; }
 
   private:
+    // Is the slot read through its GpuSlot, or does its constant stand in the material?
+    bool isLookedUp(std::uint32_t parameter) const;
     void uploadGeometry(Device& device);
     void layOutValues(Device& device);
     void writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base);

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <chrono>
 #include <random>
 
 namespace cmpg {
@@ -56,7 +58,8 @@ TEST(Kernel, RefusesTexelsOfAnotherFormat) {
     if (test::device().portable())
         GTEST_SKIP() << "kernels read no texels on this device";
     const Kernel kernel(test::device(), "copy_texels");
-    const Buffer wrong(test::device(), "wrong", 64, MemoryKind::Scene, Texel::Rgba32ui), none(test::device(), "none", 64, MemoryKind::Scene);
+    const Buffer wrong(test::device(), "wrong", 64, MemoryKind::Scene, Texel::Rgba32ui);
+    const Buffer none(test::device(), "none", 64, MemoryKind::Scene);
     Commands commands(test::device());
     EXPECT_THROW(commands.dispatch(kernel, Bindings().set(0, wrong), 1, Count{1}), std::logic_error);
     EXPECT_THROW(commands.dispatch(kernel, Bindings().set(0, none), 1, Count{1}), std::logic_error);
