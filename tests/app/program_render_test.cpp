@@ -106,16 +106,19 @@ TEST(ProgramGradient, DirectionsAreLinear) {
     for (const float v : one.values)
         largest = std::max(largest, std::abs(double(v)));
     ASSERT_GT(largest, 0);
+    double selfError = 0, fileError = 0;
     for (std::size_t i = 0; i < one.values.size(); ++i) {
-        EXPECT_NEAR(self.values[i], 0.5f * one.values[i], 1e-5 * largest); // every value is 0.5
-        EXPECT_NEAR(file.values[i], -2 * one.values[i], 1e-5 * largest);
+        selfError = std::max(selfError, std::abs(double(self.values[i] - 0.5f * one.values[i]))); // every value is 0.5
+        fileError = std::max(fileError, std::abs(double(file.values[i] + 2 * one.values[i])));
     }
+    EXPECT_LE(selfError, 1e-5 * largest); // the same random numbers, so only rounding
+    EXPECT_LE(fileError, 1e-5 * largest);
 }
 
 TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
     const test::TemporaryFolder folder;
     run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});
-    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.*o*", "--target", folder / "t.exr", "--loss", "l1",
+    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.b*", "--param", "white.rough*", "--target", folder / "t.exr", "--loss", "l1",
                            "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
     EXPECT_EQ(json.at("loss").size(), 1u);
     EXPECT_GT(json.at("loss")[0], 0);
