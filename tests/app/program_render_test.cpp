@@ -20,7 +20,9 @@ const std::string kBox = CMPG_SOURCE_DIR "/scenes/box/scene.gltf"; // painting.b
 const std::string kPainting = "painting.baseColor";
 
 // Byte for byte; an expectation of equality would print the files.
-bool sameBytes(const std::string& a, const std::string& b) { return a == b; }
+bool sameBytes(const std::string& a, const std::string& b) {
+    return a == b;
+}
 
 // Runs with a small image and few samples; expects success.
 nlohmann::json run(std::vector<std::string> arguments) {
@@ -118,8 +120,8 @@ TEST(ProgramGradient, DirectionsAreLinear) {
 TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
     const test::TemporaryFolder folder;
     run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});
-    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.b*", "--param", "white.rough*", "--target", folder / "t.exr", "--loss", "l1",
-                           "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
+    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.b*", "--param", "white.rough*", "--target",
+                           folder / "t.exr", "--loss", "l1", "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
     EXPECT_EQ(json.at("loss").size(), 1u);
     EXPECT_GT(json.at("loss")[0], 0);
     EXPECT_GT(json.at("seconds").at("primal"), 0);
@@ -150,11 +152,15 @@ TEST(ProgramGradient, CheckAgrees) {
 
 TEST(ProgramOptimize, WritesItsFolder) {
     const test::TemporaryFolder folder;
-    run({"render", kBox, "-o", folder / "t.exr", "--spp", "16"});
+    run({"render", kBox, "-o", folder / "t.exr", "--spp", "64"});
     const auto json = run({"optimize", kBox, "--param", "white.baseColor", "--set", "white.baseColor=0.4", "--target", folder / "t.exr",
-                           "--steps", "12", "--spp", "8", "--rate", "0.05", "-o", folder / "out"});
-    ASSERT_EQ(json.at("loss").size(), 12u);
-    EXPECT_LT(json.at("loss")[11].get<double>(), 0.5 * json.at("loss")[0].get<double>());
+                           "--steps", "20", "--spp", "8", "--rate", "0.04", "-o", folder / "out"});
+    ASSERT_EQ(json.at("loss").size(), 20u);
+    // At so few samples the edge of the lamp rules the loss; the parameter itself tells. It starts 0.28 to 0.33 away.
+    const float truth[] = {0.73f, 0.71f, 0.68f};
+    const Image recovered = readImage(folder / "out/parameters/white.baseColor.exr").image;
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(recovered.values[c], truth[c], 0.12) << c;
     for (const char* name : {"loss.csv", "loss.svg", "run.json", "contact_sheet.png", "scene.gltf", "parameters/white.baseColor.exr",
                              "target.exr", "initial.exr", "final.exr"})
         EXPECT_TRUE(fs::exists(folder / "out/" + name)) << name;
