@@ -195,7 +195,7 @@ def materials():
     g.environment("sky.exr", images.Picture(32, 16, lambda u, v: (
         0.35 + 0.2 * math.cos(2 * math.pi * u), 0.4, 0.6 - 0.3 * v)).exr(), intensity=0.5, rotation_radians=0.7)
     g.material("painting", texture=texture("painting.png", images.mosaic, 32))
-    g.material("varied", (0.8, 0.6, 0.4), roughness=1, metallic=1, specular=0.7,
+    g.material("varied", (0.8, 0.6, 0.4), roughness=1, metallic=1, specular=1,
                rough_texture=texture("rough.png", rough, 16, wrap=REPEAT))
     g.material("wavy", (0.5, 0.6, 0.7), roughness=0.4, metallic=0.4, specular=0.8,
                normal_texture=texture("normal.png", bump, 16, wrap=REPEAT), normal_scale=0.8)
