@@ -89,7 +89,8 @@ def facing(centre, target, half):
     z = normalise(sub(target, centre))
     x = normalise(cross((0, 1, 0), z))
     y = cross(z, x)
-    return Mesh().quad(*(tuple(c + half * (i * a + j * b) for c, a, b in zip(centre, x, y)) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))))
+    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return Mesh().quad(*(tuple(c + half * (i * a + j * b) for c, a, b in zip(centre, x, y)) for i, j in corners))
 
 
 def bowl():
