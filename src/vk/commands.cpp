@@ -53,7 +53,8 @@ struct Commands::Impl {
     void barrier();
     vk::DescriptorSet allocateSet(vk::DescriptorSetLayout layout);
     vk::DescriptorSet bind(const Kernel::Impl& kernel, const Bindings& bindings);
-    template <class Launch> void dispatch(const Kernel::Impl& kernel, const Bindings& bindings, std::span<const std::byte> push, Launch launch);
+    template <class Launch>
+    void dispatch(const Kernel::Impl& kernel, const Bindings& bindings, std::span<const std::byte> push, Launch launch);
     std::uint32_t timestamp();
     void collectTimes();
 };
@@ -73,8 +74,8 @@ void Commands::Impl::barrier() {
     const vk::MemoryBarrier all(Access::eShaderWrite | Access::eTransferWrite, Access::eShaderRead | Access::eShaderWrite |
                                                                                    Access::eTransferRead | Access::eTransferWrite |
                                                                                    Access::eIndirectCommandRead);
-    buffers[0].pipelineBarrier(Stage::eComputeShader | Stage::eTransfer, Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect, {},
-                               all, nullptr, nullptr);
+    buffers[0].pipelineBarrier(Stage::eComputeShader | Stage::eTransfer,
+                               Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect, {}, all, nullptr, nullptr);
 }
 
 vk::DescriptorSet Commands::Impl::allocateSet(vk::DescriptorSetLayout layout) {
@@ -114,7 +115,8 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
             views[i] = texelFloat ? *device.dummyFloat : *device.dummyUint;
         } else {
             if (range.offset % 256 != 0 || range.offset >= buffer->bytes || range.bytes > buffer->bytes - range.offset)
-                throw std::logic_error("binding " + std::to_string(number) + " of '" + kernel.name + "': wrong range of '" + buffer->name + "'");
+                throw std::logic_error("binding " + std::to_string(number) + " of '" + kernel.name + "': wrong range of '" +
+                                       buffer->name + "'");
             const std::uint64_t bytes = range.bytes ? range.bytes : buffer->bytes - range.offset;
             if (texel) {
                 const bool isFloat = buffer->texel == Texel::Rgba32f || buffer->texel == Texel::R32f;
@@ -123,8 +125,8 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
                 views[i] = buffer->view(range.offset, bytes);
             } else if (bytes > device.info.maxStorageBufferRange) {
                 throw Error(ExitCode::Device,
-                            "'" + buffer->name + "' has " + std::to_string(bytes) + " bytes, but '" + device.info.name + "' binds at most " +
-                                std::to_string(device.info.maxStorageBufferRange) + " at once",
+                            "'" + buffer->name + "' has " + std::to_string(bytes) + " bytes, but '" + device.info.name +
+                                "' binds at most " + std::to_string(device.info.maxStorageBufferRange) + " at once",
                             "the scene or the passes are too large for this device", "lower --memory or the size of the scene");
             } else {
                 ranges[i] = vk::DescriptorBufferInfo(*buffer->raw.buffer, range.offset, bytes);

@@ -1,7 +1,6 @@
 // Device choice and creation, memory allocation and submission.
 #include "vk/device.h"
 
-#include "base/log.h"
 #include "vk/impl.h"
 
 #include <algorithm>
@@ -28,7 +27,8 @@ std::string lower(std::string text) {
 std::string listText(const std::vector<DeviceInfo>& devices) {
     std::string text = "devices:";
     for (std::size_t i = 0; i < devices.size(); ++i)
-        text += (i ? ", " : " ") + std::to_string(i) + " " + devices[i].name + (devices[i].usable ? "" : " (lacks " + devices[i].missing + ")");
+        text += (i ? ", " : " ") + std::to_string(i) + " " + devices[i].name +
+                (devices[i].usable ? "" : " (lacks " + devices[i].missing + ")");
     return text;
 }
 
@@ -128,12 +128,6 @@ Device::Impl::Impl(const Options& options) {
     dummyFloat = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32f), 0, VK_WHOLE_SIZE});
     dummyUint = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32ui), 0, VK_WHOLE_SIZE});
     transfer([&](const auto& commands) { commands.fillBuffer(*dummy.buffer, 0, VK_WHOLE_SIZE, 0); });
-}
-
-Device::Impl::~Impl() {
-    if (instance->log)
-        for (const std::string& message : instance->log->messages)
-            logWarn("Vulkan validation: " + message);
 }
 
 RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place) {

@@ -20,7 +20,7 @@ struct RawBuffer {
 };
 
 struct Device::Impl {
-    std::unique_ptr<Instance> instance;
+    std::unique_ptr<Instance> instance; // first, so that it outlives all and hears of what was left alive
     vk::raii::PhysicalDevice physical{nullptr};
     DeviceInfo info;
     vk::PhysicalDeviceLimits limits;
@@ -45,7 +45,6 @@ struct Device::Impl {
     double compileSeconds = 0;
 
     explicit Impl(const Options& options);
-    ~Impl();
 
     enum class Place { Device, Staging };
     RawBuffer allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place);

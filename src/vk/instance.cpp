@@ -75,6 +75,12 @@ bool environmentFlag(const char* name) {
     return value && *value && std::strcmp(value, "0") != 0;
 }
 
+Instance::~Instance() {
+    if (log)
+        for (const std::string& message : log->messages)
+            logWarn("Vulkan validation: " + message);
+}
+
 std::unique_ptr<Instance> createInstance(bool validation) try {
     auto instance = std::make_unique<Instance>();
     const auto extensions = instance->context.enumerateInstanceExtensionProperties();

@@ -20,6 +20,10 @@ struct ValidationLog {
 };
 
 struct Instance {
+    Instance() = default;
+    ~Instance(); // warns of messages nobody threw
+    Instance(const Instance&) = delete;
+
     vk::raii::Context context;
     bool debugUtils = false;            // names and labels are possible
     std::unique_ptr<ValidationLog> log; // null without validation

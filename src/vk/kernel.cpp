@@ -50,7 +50,8 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
         if (id < constants.size())
             entries.emplace_back(id, id * 4, 4);
     translating("compiling kernel '" + impl_->name + "'", [&] {
-        const vk::SpecializationInfo specialization(std::uint32_t(entries.size()), entries.data(), constants.size_bytes(), constants.data());
+        const vk::SpecializationInfo specialization(std::uint32_t(entries.size()), entries.data(), constants.size_bytes(),
+                                                    constants.data());
         const vk::raii::ShaderModule module(owner.device, {{}, spirv.size_bytes(), spirv.data()});
         impl_->setLayout = createSetLayout(owner.device, impl_->interface);
         const vk::PushConstantRange push(vk::ShaderStageFlagBits::eCompute, 0, (impl_->interface.pushBytes + 3) / 4 * 4);

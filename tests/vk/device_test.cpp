@@ -4,9 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstdlib>
-#include <set>
+#include <memory>
 
 namespace cmpg {
 namespace {

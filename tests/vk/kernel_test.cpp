@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <chrono>
 #include <random>
 
 namespace cmpg {
@@ -56,7 +58,8 @@ TEST(Kernel, RefusesTexelsOfAnotherFormat) {
     if (test::device().portable())
         GTEST_SKIP() << "kernels read no texels on this device";
     const Kernel kernel(test::device(), "copy_texels");
-    const Buffer wrong(test::device(), "wrong", 64, MemoryKind::Scene, Texel::Rgba32ui), none(test::device(), "none", 64, MemoryKind::Scene);
+    const Buffer wrong(test::device(), "wrong", 64, MemoryKind::Scene, Texel::Rgba32ui);
+    const Buffer none(test::device(), "none", 64, MemoryKind::Scene);
     Commands commands(test::device());
     EXPECT_THROW(commands.dispatch(kernel, Bindings().set(0, wrong), 1, Count{1}), std::logic_error);
     EXPECT_THROW(commands.dispatch(kernel, Bindings().set(0, none), 1, Count{1}), std::logic_error);
@@ -224,10 +227,13 @@ TEST(Kernel, Timestamps) {
 TEST(Kernel, WarmUpTouchesNothing) {
     Device device({});
     const Kernel kernel(device, "write_index");
+    const Buffer result(device, "result", 256, MemoryKind::Transient);
     const double before = device.compileSeconds();
     EXPECT_GT(before, 0);
     const std::array kernels{&kernel};
     warmUp(device, kernels);
+    warmUp(device, kernels, Bindings().set(0, result));
+    EXPECT_EQ(result.downloadAll<std::uint32_t>(64), std::vector<std::uint32_t>(64, 0));
     EXPECT_GT(device.compileSeconds(), before);
     EXPECT_TRUE(device.kernelTimes().empty());
 }

@@ -8,10 +8,9 @@
 namespace cmpg::test {
 
 namespace {
-Device create(bool portable) {
-    addKernels(kEmbeddedKernels);
-    return Device({.select = {}, .validation = false, .portable = portable});
-}
+[[maybe_unused]] const bool registered = (addKernels(kEmbeddedKernels), true);
+
+Device create(bool portable) { return Device({.select = {}, .validation = false, .portable = portable}); }
 } // namespace
 
 Device& device() {

@@ -1,4 +1,4 @@
-// Makes the kernels of tests/shaders known, and a device for the tests to share.
+// Devices for the tests to share. Linking this makes the kernels of tests/shaders known.
 #pragma once
 
 #include "vk/device.h"

@@ -1,5 +1,4 @@
 // SPIR-V reflection and the table of kernels. Expected values are read off the GLSL of tests/shaders.
-#include "kernels.h"
 #include "vk/spirv.h"
 #include "vk/spirv_reflection.h"
 
@@ -10,11 +9,7 @@ namespace {
 
 using Resource = KernelInterface::Resource;
 
-// `test::device()` registers the test kernels; no device is used here otherwise.
-std::span<const std::uint32_t> spirv(std::string_view name) {
-    test::device();
-    return findKernel(name).full;
-}
+std::span<const std::uint32_t> spirv(std::string_view name) { return findKernel(name).full; }
 
 TEST(Reflection, PushConstantsAndResources) {
     const KernelInterface interface = reflect(spirv("push_layout"));
