@@ -171,17 +171,22 @@ class Splitter {
         Box box;
         std::uint32_t inside = 0;
         for (std::uint32_t b = count; b-- > 1;) {
-            box.grow(bins[b].box);
+            if (bins[b].count > 0) {
+                box.grow(bins[b].box);
+                inside += bins[b].count;
+            }
             rightBox[b] = box;
-            rightCount[b] = inside += bins[b].count;
+            rightCount[b] = inside;
         }
         box = {};
         inside = 0;
         for (std::uint32_t b = 1; b < count; ++b) {
+            if (bins[b - 1].count == 0)
+                continue; // the same split as before this bin
             box.grow(bins[b - 1].box);
             inside += bins[b - 1].count;
-            if (inside == 0 || rightCount[b] == 0)
-                continue;
+            if (rightCount[b] == 0)
+                break;
             const float cost = box.halfArea() * float(inside) + rightBox[b].halfArea() * float(rightCount[b]);
             if (cost < best.cost)
                 best = {axis, b, cost, box, rightBox[b]};
