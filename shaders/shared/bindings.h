@@ -5,7 +5,7 @@
 CMPG_SHARED_BEGIN
 
 // Scene, read only.
-CMPG_CONST kBindNodes = 0;      // Bvh::nodes: box nodes and leaf blocks, 4 vec4 texels each
+CMPG_CONST kBindNodes = 0;      // Bvh::records: box nodes and leaf blocks, 4 uvec4 texels each
 // Rays and hits of one bounce.
 CMPG_CONST kBindRays = 10;
 CMPG_CONST kBindHits = 11;

@@ -1,6 +1,7 @@
 // Builds the hierarchy: pairs triangles into blocks, splits the blocks, writes the records the kernels read.
 #include "scene/bvh.h"
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "scene/bvh_split.h"
 
@@ -9,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <span>
+#include <string>
 #include <thread>
 
 namespace cmpg {
@@ -261,6 +263,9 @@ Bvh buildBvh(const Geometry& geometry, unsigned threads) {
     Bvh bvh;
     bvh.records.reserve(references.size() * 3 / 2 + 1);
     Writer(geometry, tree, pairs, references, bvh).run();
+    if (bvh.records.size() > gpu::kMaxBvhRecords)
+        throw Error(ExitCode::Input, "the scene has too many triangles: " + std::to_string(geometry.triangles.size()),
+                    "the hierarchy over them exceeds what a kernel can address, 2 GiB", "simplify the scene; some 40 million triangles fit");
     return bvh;
 }
 
