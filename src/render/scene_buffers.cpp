@@ -250,6 +250,7 @@ void SceneBuffers::uploadLights() {
     info.lights = std::uint32_t(d.lights.size());
     info.frozenMaterials = hasFrozen_ ? std::uint32_t(scene_.materials.size()) : 0;
     info.frozenTexels = hasFrozen_ ? valueTexels_ : 0;
+    info.environmentDistance = 1e30f;
     info.environment.gradient = gpu::kNone;
     if (scene_.environment) {
         const Parameter& p = scene_.parameters[scene_.environment->parameter];
