@@ -2,6 +2,7 @@
 #include "scene/gltf_document.h"
 
 #include "base/error.h"
+#include "scene/gltf_fence.h"
 
 #include <algorithm>
 #include <cstring>
@@ -106,6 +107,9 @@ GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {
     else
         parseJson(reinterpret_cast<const char*>(bytes.data()), reinterpret_cast<const char*>(bytes.data()) + bytes.size());
     checkVersionAndExtensions();
+    readBuffers();
+    checkGltf(root());
+    buildModel();
 }
 
 void GltfDocument::parseBinary(const Bytes& file) {
@@ -197,33 +201,57 @@ Bytes GltfDocument::readUri(const JsonView& uri) const {
     return decodeBase64(uri, std::string_view(text).substr(comma + 1));
 }
 
-std::span<const std::uint8_t> GltfDocument::buffer(std::uint32_t i) {
-    const JsonView view = root()["buffers"].at(i);
-    const std::uint64_t length = view["byteLength"].integer(0, kMaxFileBytes);
-    std::span<const std::uint8_t> bytes;
-    if (!view["uri"].exists()) {
-        if (i != 0 || !hasBinaryChunk_) view.fail("has no uri, and the file has no binary chunk for it");
-        bytes = binaryChunk_;
-    } else {
-        auto found = buffers_.find(i);
-        if (found == buffers_.end()) found = buffers_.emplace(i, readUri(view["uri"])).first;
-        bytes = found->second;
+void GltfDocument::readBuffers() {
+    const JsonView buffers = root()["buffers"];
+    for (std::uint32_t i = 0; i < buffers.size(); ++i) {
+        const JsonView buffer = buffers.at(i);
+        if (!buffer["uri"].exists() && (i != 0 || !hasBinaryChunk_))
+            buffer.fail("has no uri, and the file has no binary chunk for it");
+        Bytes bytes = buffer["uri"].exists() ? readUri(buffer["uri"]) : std::move(binaryChunk_);
+        const std::uint64_t length = buffer["byteLength"].integer(0, 1, kMaxFileBytes);
+        if (bytes.size() < length)
+            buffer.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
+                        "the file with its data is truncated or not the right one", "copy or export the scene again");
+        bytes.resize(length);
+        buffers_.push_back(std::move(bytes));
     }
-    if (bytes.size() < length)
-        view.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
-                  "the file with its data is truncated or not the right one", "copy or export the scene again");
-    return bytes.first(length);
 }
 
-std::span<const std::uint8_t> GltfDocument::bufferView(std::uint32_t i) {
-    const JsonView view = root()["bufferViews"].at(i);
-    const auto index = view["buffer"].index(root()["buffers"].size(), "buffer");
-    if (!index) view["buffer"].fail("is missing");
-    const std::span<const std::uint8_t> bytes = buffer(*index);
-    const std::uint64_t offset = view["byteOffset"].integer(0, kMaxFileBytes), length = view["byteLength"].integer(0, kMaxFileBytes);
-    if (offset > bytes.size() || length > bytes.size() - offset)
-        view.fail("reaches to byte " + std::to_string(offset + length) + " of a buffer of " + std::to_string(bytes.size()));
-    return bytes.subspan(offset, length);
+std::span<const std::uint8_t> GltfDocument::bufferView(int i) const {
+    const tinygltf::BufferView& view = model_.bufferViews[std::size_t(i)];
+    return std::span(model_.buffers[std::size_t(view.buffer)].data).subspan(view.byteOffset, view.byteLength);
+}
+
+Bytes GltfDocument::imageBytes(std::uint32_t i) const {
+    const int view = model_.images[i].bufferView;
+    if (view < 0) return readUri(root()["images"].at(i)["uri"]);
+    const std::span<const std::uint8_t> bytes = bufferView(view);
+    return {bytes.begin(), bytes.end()};
+}
+
+// tinygltf asks us for buffers by our tokens, whatever their names in the scene. Images stay where they are until somebody needs
+// them: the sum of their files has no bound.
+void GltfDocument::buildModel() {
+    tinygltf::TinyGLTF reader;
+    tinygltf::FsCallbacks files{};
+    files.user_data = this;
+    files.FileExists = [](const std::string& token, void*) { return token.rfind(kBufferToken, 0) == 0; };
+    files.ExpandFilePath = [](const std::string& token, void*) { return token; };
+    files.ReadWholeFile = [](Bytes* bytes, std::string*, const std::string& token, void* self) {
+        const std::size_t index = std::stoul(token.substr(std::strlen(kBufferToken)));
+        *bytes = std::move(static_cast<GltfDocument*>(self)->buffers_.at(index));
+        return true;
+    };
+    reader.SetFsCallbacks(files);
+    const auto leave = [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; };
+    reader.SetImageLoader(leave, nullptr);
+    const std::string text = rewrittenForTinyGltf(json_).dump();
+    std::string error, warning;
+    if (text.size() > std::numeric_limits<unsigned>::max())
+        throw Error(ExitCode::Input, name_ + ": the JSON is too long", "the file is damaged", "split the scene");
+    if (!reader.LoadASCIIFromString(&model_, &error, &warning, text.data(), unsigned(text.size()), "") || !error.empty())
+        throw Error(ExitCode::Input, name_ + ": " + error.substr(0, error.find('\n')), "the file is damaged or was written by a faulty exporter",
+                    "re-export the scene");
 }
 
 } // namespace cmpg

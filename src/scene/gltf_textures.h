@@ -26,8 +26,8 @@ struct TextureUse {
     }
 };
 
-// Nothing if `info` is absent, or names a texture only by an extension that is not supported (then a warning).
-std::optional<TextureUse> readTextureUse(GltfLoad& load, const JsonView& info);
+// Nothing if `info` is absent, or its texture has an image only by an extension that is not supported (then a warning).
+std::optional<TextureUse> readTextureUse(GltfLoad& load, const tinygltf::TextureInfo& info);
 
 // Decoded images, each usually needed by several slots of one material.
 class ImageCache {
@@ -40,8 +40,5 @@ class ImageCache {
     std::map<std::uint32_t, RawImage> images_;
     std::size_t bytes_ = 0;
 };
-
-// The file of images[i], as stored.
-Bytes readImageBytes(GltfDocument& document, std::uint32_t image);
 
 } // namespace cmpg

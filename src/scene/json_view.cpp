@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,7 +16,7 @@ void JsonView::fail(const std::string& what, const std::string& cause, const std
 JsonView JsonView::operator[](const std::string& key) const {
     const std::string place = place_.empty() ? key : place_ + "." + key;
     if (!exists()) return {nullptr, *file_, place};
-    if (!value_->is_object()) fail("is not an object");
+    requireObject();
     const auto found = value_->find(key);
     return {found == value_->end() ? nullptr : &*found, *file_, place};
 }
@@ -36,7 +37,7 @@ JsonView JsonView::at(std::uint32_t i) const {
 std::vector<std::string> JsonView::keys() const {
     std::vector<std::string> keys;
     if (!exists()) return keys;
-    if (!value_->is_object()) fail("is not an object");
+    requireObject();
     for (const auto& [key, value] : value_->items()) keys.push_back(key);
     return keys;
 }
@@ -47,24 +48,21 @@ double JsonView::number() const {
     return value_->get<double>();
 }
 
-double JsonView::inFloatRange(double v) const {
+float JsonView::real(float lowest, float highest) const {
+    const double v = number();
     if (!(std::abs(v) <= double(std::numeric_limits<float>::max()))) fail("is too large a number");
-    return v;
-}
-
-float JsonView::real(float fallback, float lowest, float highest) const {
-    const float v = real(fallback);
-    if (!(v >= lowest && v <= highest)) {
+    if (!(float(v) >= lowest && float(v) <= highest)) {
         const auto shown = [](float x) { return Json(x).dump(); };
-        fail("is " + shown(v) + ", but must lie between " + shown(lowest) + " and " + shown(highest));
+        fail("is " + shown(float(v)) + ", but must lie between " + shown(lowest) + " and " + shown(highest));
     }
-    return v;
+    return float(v);
 }
 
-std::uint64_t JsonView::integer(std::uint64_t fallback, std::uint64_t highest) const {
+std::uint64_t JsonView::integer(std::uint64_t fallback, std::uint64_t lowest, std::uint64_t highest) const {
     if (!exists()) return fallback;
-    const double v = number(); // exporters write 3.0 as well as 3
-    if (!(v >= 0) || v != std::floor(v) || v > double(highest)) fail("is not an integer from 0 to " + std::to_string(highest));
+    const double v = number();
+    if (!(v >= double(lowest)) || v != std::floor(v) || v > double(highest))
+        fail("is not an integer from " + std::to_string(lowest) + " to " + std::to_string(highest));
     return std::uint64_t(v);
 }
 
@@ -88,8 +86,17 @@ std::optional<std::uint32_t> JsonView::index(std::uint32_t count, const char* of
     return std::uint32_t(v);
 }
 
+void JsonView::requireObject() const {
+    if (!isObject()) fail("is not an object");
+}
+
 void JsonView::requireSize(std::uint32_t count) const {
     if (size() != count) fail("has " + std::to_string(size()) + " entries, but must have " + std::to_string(count));
+}
+
+void JsonView::requireOneOf(const Json& allowed) const {
+    if (exists() && std::find(allowed.begin(), allowed.end(), *value_) == allowed.end())
+        fail("is " + value_->dump().substr(0, 80) + ", but must be one of " + allowed.dump());
 }
 
 } // namespace cmpg

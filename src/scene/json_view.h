@@ -1,7 +1,6 @@
 // Reading untrusted JSON: every access is checked and every complaint names the place in the file.
 #pragma once
 
-#include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,7 +16,7 @@ class JsonView {
     JsonView(const Json* value, const std::string& file, std::string place) : value_(value), file_(&file), place_(std::move(place)) {}
 
     bool exists() const { return value_ != nullptr; }
-    bool isObject() const { return exists() && value_->is_object(); } // extras may be anything
+    bool isObject() const { return exists() && value_->is_object(); }
     const std::string& place() const { return place_; }
 
     // Member of an object, absent if there is none; fails if this is present and no object.
@@ -27,32 +26,24 @@ class JsonView {
     JsonView at(std::uint32_t i) const;
     std::vector<std::string> keys() const;
 
-    // Values; each fails if the type is wrong, and without fallback if the value is absent.
-    double number() const;
-    double number(double fallback) const { return exists() ? number() : fallback; }
-    float real(float fallback) const { return exists() ? float(inFloatRange(number())) : fallback; }
-    // Real number in [lowest, highest].
-    float real(float fallback, float lowest, float highest) const;
-    std::uint64_t integer(std::uint64_t fallback, std::uint64_t highest) const;
+    // Values; each fails if the type is wrong or the value is out of range, and without fallback if it is absent.
+    float real(float lowest, float highest) const;
+    std::uint64_t integer(std::uint64_t fallback, std::uint64_t lowest, std::uint64_t highest) const; // 3.0 is one, too
     bool boolean(bool fallback) const;
     std::string string() const;
     std::string string(const std::string& fallback) const { return exists() ? string() : fallback; }
     // Index into an array of `count` things; nullopt if absent.
     std::optional<std::uint32_t> index(std::uint32_t count, const char* ofWhat) const;
-    // Exactly N numbers.
-    template <int N, class T> glm::vec<N, T> vec(glm::vec<N, T> fallback) const {
-        if (!exists()) return fallback;
-        requireSize(N);
-        for (int i = 0; i < N; ++i) fallback[i] = T(inFloatRange(at(std::uint32_t(i)).number()));
-        return fallback;
-    }
+
+    void requireObject() const;
     void requireSize(std::uint32_t count) const;
+    void requireOneOf(const Json& allowed) const; // unless absent
 
     [[noreturn]] void fail(const std::string& what, const std::string& cause = "the file is damaged or was written by a faulty exporter",
                            const std::string& remedy = "re-export the scene") const;
 
   private:
-    double inFloatRange(double v) const;
+    double number() const;
 
     const Json* value_;
     const std::string* file_; // outlives every view of it
