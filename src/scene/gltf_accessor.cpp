@@ -55,19 +55,18 @@ Elements open(const GltfDocument& document, const Origin& origin, std::uint32_t 
     e.type = type;
     if (origin.bufferView < 0) {
         if (count > kMaxCountWithoutData)
-            document.fail(origin.place + ".count", "is " + std::to_string(count) + ", without data for so many elements");
+            document.at(origin.place + ".count").fail("is " + std::to_string(count) + ", without data for so many elements");
         return e;
     }
     const std::uint64_t size = std::uint64_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(type))) * components;
     const std::uint64_t stride = document.model().bufferViews[std::size_t(origin.bufferView)].byteStride;
     e.stride = stride ? stride : size;
     if (e.stride < size)
-        document.fail("bufferViews[" + std::to_string(origin.bufferView) + "].byteStride",
-                      "is " + std::to_string(e.stride) + ", but an element of " + origin.place + " has " + std::to_string(size) + " bytes");
+        document.at("bufferViews[" + std::to_string(origin.bufferView) + "].byteStride").fail("is " + std::to_string(e.stride) + ", but an element of " + origin.place + " has " + std::to_string(size) + " bytes");
     const std::span<const std::uint8_t> bytes = document.bufferView(origin.bufferView);
     const std::uint64_t end = origin.byteOffset + (count ? (count - 1) * e.stride + size : 0);
     if (end > bytes.size())
-        document.fail(origin.place, "reaches to byte " + std::to_string(end) + " of a buffer view of " + std::to_string(bytes.size()));
+        document.at(origin.place).fail("reaches to byte " + std::to_string(end) + " of a buffer view of " + std::to_string(bytes.size()));
     e.bytes = bytes.subspan(origin.byteOffset);
     return e;
 }
@@ -88,7 +87,7 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
     out.count = std::uint32_t(accessor.count);
     out.components = std::uint32_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type)));
     if (out.components < fewest || out.components > most || accessor.type == TINYGLTF_TYPE_MAT2)
-        document.fail(place + ".type", "does not suit " + use);
+        document.at(place + ".type").fail("does not suit " + use);
     Elements base = open(document, {accessor.bufferView, accessor.byteOffset, place}, out.components, accessor.componentType, out.count);
     base.normalized = accessor.normalized;
     out.values.resize(std::size_t(out.count) * out.components);
@@ -96,7 +95,7 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
         for (std::uint32_t c = 0; c < out.components; ++c) {
             const float v = from.real(source, c);
             if (!std::isfinite(v))
-                document.fail(place + " (" + use + ")", "is not finite at element " + std::to_string(target),
+                document.at(place + " (" + use + ")").fail("is not finite at element " + std::to_string(target),
                               "the exporter divided by zero, or the data is damaged", "repair the mesh and export it again");
             out.values[std::size_t(target) * out.components + c] = v;
         }
@@ -106,7 +105,7 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
     const auto& sparse = accessor.sparse;
     if (!sparse.isSparse) return out;
     const auto count = std::uint32_t(sparse.count);
-    if (count > out.count) document.fail(place + ".sparse.count", "is more than the accessor has elements");
+    if (count > out.count) document.at(place + ".sparse.count").fail("is more than the accessor has elements");
     const Origin where{sparse.indices.bufferView, std::size_t(sparse.indices.byteOffset), place + ".sparse.indices"};
     const Origin what{sparse.values.bufferView, std::size_t(sparse.values.byteOffset), place + ".sparse.values"};
     const Elements places = open(document, where, 1, sparse.indices.componentType, count);
@@ -115,7 +114,7 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint32_t target = places.integer(i);
         if (target >= out.count)
-            document.fail(where.place, "names element " + std::to_string(target) + " of " + std::to_string(out.count));
+            document.at(where.place).fail("names element " + std::to_string(target) + " of " + std::to_string(out.count));
         copy(values, i, target);
     }
     return out;
@@ -124,16 +123,16 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
 std::vector<std::uint32_t> readIndices(const GltfDocument& document, int index, const std::string& use, std::uint32_t vertexCount) {
     const tinygltf::Accessor& accessor = document.model().accessors[std::size_t(index)];
     const std::string place = placeOf(index);
-    if (accessor.type != TINYGLTF_TYPE_SCALAR) document.fail(place + ".type", "must be SCALAR for indices");
-    if (!isUnsigned(accessor.componentType)) document.fail(place + ".componentType", "is not an unsigned integer type");
-    if (accessor.sparse.isSparse) document.fail(place + ".sparse", "is not supported for indices");
+    if (accessor.type != TINYGLTF_TYPE_SCALAR) document.at(place + ".type").fail("must be SCALAR for indices");
+    if (!isUnsigned(accessor.componentType)) document.at(place + ".componentType").fail("is not an unsigned integer type");
+    if (accessor.sparse.isSparse) document.at(place + ".sparse").fail("is not supported for indices");
     const Elements elements =
         open(document, {accessor.bufferView, accessor.byteOffset, place}, 1, accessor.componentType, std::uint32_t(accessor.count));
     std::vector<std::uint32_t> out(accessor.count);
     for (std::uint32_t i = 0; i < out.size(); ++i) {
         out[i] = elements.integer(i);
         if (out[i] >= vertexCount)
-            document.fail(place + " (" + use + ")", "names vertex " + std::to_string(out[i]) + " at place " + std::to_string(i) +
+            document.at(place + " (" + use + ")").fail("names vertex " + std::to_string(out[i]) + " at place " + std::to_string(i) +
                                                         ", but there are " + std::to_string(vertexCount));
     }
     return out;

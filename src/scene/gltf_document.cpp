@@ -67,26 +67,13 @@ std::string percentDecode(const JsonView& uri) {
     return out;
 }
 
-Bytes decodeBase64(const JsonView& uri, std::string_view text) {
-    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+Bytes decodeBase64(const JsonView& uri, std::string text) {
+    while (!text.empty() && text.back() == '=') text.pop_back();
     Bytes out;
-    out.reserve(text.size() / 4 * 3 + 3);
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        int v = -1;
-        if (c >= 'A' && c <= 'Z') v = c - 'A';
-        if (c >= 'a' && c <= 'z') v = c - 'a' + 26;
-        if (c >= '0' && c <= '9') v = c - '0' + 52;
-        if (c == '+' || c == '-') v = 62;
-        if (c == '/' || c == '_') v = 63;
-        if (v < 0) uri.fail("holds data that is not base64");
-        bits = bits << 6 | std::uint32_t(v);
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        out.push_back(std::uint8_t(bits >> count));
-    }
+    std::string mediaType;
+    // It stops without a word where the text is no longer base64; the length tells.
+    if (!tinygltf::DecodeDataURI(&out, mediaType, "data:application/octet-stream;base64," + text, text.size() * 6 / 8, true))
+        uri.fail("holds data that is not base64");
     return out;
 }
 
@@ -198,7 +185,7 @@ Bytes GltfDocument::readUri(const JsonView& uri) const {
     }
     const std::size_t comma = text.find(',');
     if (comma == std::string::npos || text.rfind(";base64", comma) == std::string::npos) uri.fail("is a data: URI without base64 data");
-    return decodeBase64(uri, std::string_view(text).substr(comma + 1));
+    return decodeBase64(uri, text.substr(comma + 1));
 }
 
 void GltfDocument::readBuffers() {
@@ -208,7 +195,7 @@ void GltfDocument::readBuffers() {
         if (!buffer["uri"].exists() && (i != 0 || !hasBinaryChunk_))
             buffer.fail("has no uri, and the file has no binary chunk for it");
         Bytes bytes = buffer["uri"].exists() ? readUri(buffer["uri"]) : std::move(binaryChunk_);
-        const std::uint64_t length = buffer["byteLength"].integer(0, 1, kMaxFileBytes);
+        const std::uint64_t length = buffer["byteLength"].required().integer(1, kMaxFileBytes);
         if (bytes.size() < length)
             buffer.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
                         "the file with its data is truncated or not the right one", "copy or export the scene again");

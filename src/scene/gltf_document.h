@@ -32,10 +32,8 @@ class GltfDocument {
     // The file of a `uri` that is not data:, checked to lie inside the folder (symbolic links followed). It may not exist.
     std::filesystem::path resolve(const JsonView& uri) const;
 
-    [[noreturn]] void fail(const std::string& place, const std::string& what) const { at(place).fail(what); }
-    [[noreturn]] void fail(const std::string& place, const std::string& what, const std::string& cause, const std::string& remedy) const {
-        at(place).fail(what, cause, remedy);
-    }
+    // For complaints about the model: at("nodes[3]").fail(...).
+    JsonView at(const std::string& place) const { return {nullptr, name_, place}; }
 
   private:
     void parseBinary(const Bytes& file);
@@ -43,7 +41,6 @@ class GltfDocument {
     void checkVersionAndExtensions() const;
     void readBuffers();
     void buildModel();
-    JsonView at(const std::string& place) const { return {nullptr, name_, place}; }
 
     std::string name_; // as given by the user, for messages
     std::filesystem::path folder_;

@@ -3,231 +3,131 @@
 
 #include "scene/file_io.h"
 
-#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <glm/gtc/constants.hpp>
 #include <limits>
-#include <utility>
 
 namespace cmpg {
 namespace {
 
 constexpr std::uint64_t kMaxElements = std::uint64_t(1) << 30; // of an accessor
 constexpr std::uint64_t kMaxPathDepth = 4096;
-constexpr float kAny = std::numeric_limits<float>::max();
+constexpr std::uint64_t kMaxTexcoord = 65535;
+constexpr const char* kLights = "KHR_lights_punctual";
 
-// A rule for one value; an absent value obeys all of them but required().
-using Check = std::function<void(const JsonView& value, const JsonView& root)>;
-
-Check required(Check check) {
-    return [=](const JsonView& v, const JsonView& root) {
-        if (!v.exists()) v.fail("is missing");
-        check(v, root);
-    };
-}
-Check text() {
-    return [](const JsonView& v, const JsonView&) { v.string(""); };
-}
-Check flag() {
-    return [](const JsonView& v, const JsonView&) { v.boolean(false); };
-}
-Check number(float lowest = -kAny, float highest = kAny) {
-    return [=](const JsonView& v, const JsonView&) {
-        if (v.exists()) v.real(lowest, highest);
-    };
-}
-Check integer(std::uint64_t lowest, std::uint64_t highest) {
-    return [=](const JsonView& v, const JsonView&) { v.integer(lowest, lowest, highest); };
-}
-Check numbers(std::uint32_t count) {
-    return [=](const JsonView& v, const JsonView&) {
-        if (!v.exists()) return;
-        v.requireSize(count);
-        for (std::uint32_t i = 0; i < count; ++i) v.at(i).real(-kAny, kAny);
-    };
-}
-// One of these strings or integers.
-Check oneOf(Json allowed) {
-    return [=](const JsonView& v, const JsonView&) { v.requireOneOf(allowed); };
-}
-// An index into an array at the top level of the file, whose entries are called `noun` in messages.
-Check index(const char* array, const char* noun) {
-    return [=](const JsonView& v, const JsonView& root) {
-        if (v.exists()) v.index(root[array].size(), noun);
-    };
-}
-Check listOf(Check check) {
-    return [=](const JsonView& v, const JsonView& root) {
-        for (std::uint32_t i = 0; i < v.size(); ++i) check(v.at(i), root);
-    };
-}
-Check membersAre(Check check) {
-    return [=](const JsonView& v, const JsonView& root) {
-        for (const std::string& key : v.keys()) check(v[key], root);
-    };
-}
-// Members that are not named may be anything.
-Check object(std::vector<std::pair<const char*, Check>> members) {
-    return [=](const JsonView& v, const JsonView& root) {
-        if (!v.exists()) return;
-        v.requireObject();
-        for (const auto& [key, check] : members) check(v[key], root);
-    };
-}
-Check both(Check first, Check second) {
-    return [=](const JsonView& v, const JsonView& root) { first(v, root), second(v, root); };
-}
-// `extras` may be anything; what is not an object is not meant for us.
-Check extras(std::vector<std::pair<const char*, Check>> members) {
-    return [check = object(std::move(members))](const JsonView& v, const JsonView& root) {
-        if (v.isObject()) check(v, root);
-    };
-}
-
-void checkBounds(const JsonView& view, const JsonView& root) {
-    const std::uint64_t size = root["buffers"].at(*view["buffer"].index(~0u, "buffer"))["byteLength"].integer(0, 0, kMaxFileBytes);
-    const std::uint64_t end = view["byteOffset"].integer(0, 0, kMaxFileBytes) + view["byteLength"].integer(0, 0, kMaxFileBytes);
+void checkBufferView(const JsonView& view, const JsonView& root) {
+    const auto buffer = view["buffer"].required().index(root["buffers"].size(), "buffer");
+    const std::uint64_t size = root["buffers"].at(*buffer)["byteLength"].integer(0, kMaxFileBytes);
+    const std::uint64_t end = view["byteOffset"].integer(0, kMaxFileBytes) + view["byteLength"].required().integer(1, kMaxFileBytes);
     if (end > size) view.fail("reaches to byte " + std::to_string(end) + " of a buffer of " + std::to_string(size));
     const JsonView stride = view["byteStride"];
-    if (stride.integer(0, 0, 252) % 4 != 0) stride.fail("is not a multiple of 4");
+    if (stride.integer(0, 252) % 4 != 0) stride.fail("is not a multiple of 4");
 }
 
-void checkImage(const JsonView& image, const JsonView&) {
-    if (!image["uri"].exists() && !image["bufferView"].exists()) image.fail("has neither uri nor bufferView");
-}
-
-void checkCamera(const JsonView& camera, const JsonView& root) {
-    camera["type"].requireOneOf({"perspective", "orthographic"});
-    const JsonView lens = camera[camera["type"].string()];
-    if (camera["type"].string() == "perspective") {
-        required(number(1e-4f, glm::pi<float>() - 1e-4f))(lens["yfov"], root);
-        number(1e-4f, 1e4f)(lens["aspectRatio"], root);
-    } else {
-        required(number())(lens["xmag"], root);
-        required(number())(lens["ymag"], root);
+void checkAccessor(const JsonView& accessor, const JsonView& root) {
+    const std::uint32_t views = root["bufferViews"].size();
+    accessor["bufferView"].index(views, "buffer view");
+    accessor["byteOffset"].integer(0, kMaxFileBytes);
+    accessor["componentType"].required().oneOf({5120, 5121, 5122, 5123, 5125, 5126});
+    accessor["type"].required().oneOf({"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"});
+    accessor["count"].required().integer(0, kMaxElements);
+    accessor["normalized"].boolean(false);
+    const JsonView sparse = accessor["sparse"];
+    if (!sparse.exists()) return;
+    sparse["count"].required().integer(0, kMaxElements);
+    sparse["indices"].required()["componentType"].required().oneOf({5121, 5123, 5125});
+    for (const char* part : {"indices", "values"}) {
+        sparse[part]["bufferView"].required().index(views, "buffer view");
+        sparse[part]["byteOffset"].integer(0, std::numeric_limits<std::int32_t>::max()); // which tinygltf keeps in an int
     }
 }
 
-Check light() {
-    return object({{"type", required(oneOf({"point", "spot", "directional"}))},
-                   {"color", numbers(3)},
-                   {"intensity", number(0)},
-                   {"range", number(0)},
-                   {"spot", object({{"innerConeAngle", number(0, glm::half_pi<float>())},
-                                    {"outerConeAngle", number(0, glm::half_pi<float>())}})}});
+void checkPrimitive(const JsonView& primitive, const JsonView& root) {
+    const std::uint32_t accessors = root["accessors"].size();
+    const JsonView attributes = primitive["attributes"].required();
+    for (const std::string& name : attributes.keys()) attributes[name].index(accessors, "accessor");
+    primitive["indices"].index(accessors, "accessor");
+    primitive["material"].index(root["materials"].size(), "material");
+    primitive["mode"].integer(0, 6);
 }
 
-Check lightIndex() {
-    return [](const JsonView& v, const JsonView& root) {
-        if (v.exists()) v.index(root["extensions"]["KHR_lights_punctual"]["lights"].size(), "light");
-    };
+void checkTexture(const JsonView& info, const JsonView& root) {
+    if (!info.exists()) return;
+    info["index"].required().index(root["textures"].size(), "texture");
+    info["texCoord"].integer(0, kMaxTexcoord);
+    info["scale"].number(-1e6f, 1e6f); // of normal textures
+    const JsonView transform = info["extensions"]["KHR_texture_transform"];
+    transform["offset"].numbers(2);
+    transform["scale"].numbers(2);
+    transform["rotation"].number();
+    transform["texCoord"].integer(0, kMaxTexcoord);
 }
 
-Check textureInfo() {
-    const Check set = integer(0, 65535);
-    const Check transform = object({{"offset", numbers(2)}, {"scale", numbers(2)}, {"rotation", number()}, {"texCoord", set}});
-    return object({{"index", required(index("textures", "texture"))},
-                   {"texCoord", set},
-                   {"scale", number(-1e6f, 1e6f)}, // of normal textures
-                   {"extensions", object({{"KHR_texture_transform", transform}})}});
+void checkMaterial(const JsonView& material, const JsonView& root) {
+    material["name"].string("");
+    material["alphaMode"].oneOf({"OPAQUE", "MASK", "BLEND"});
+    material["alphaCutoff"].number(0);
+    material["emissiveFactor"].numbers(3);
+    for (const char* key : {"normalTexture", "occlusionTexture", "emissiveTexture"}) checkTexture(material[key], root);
+    const JsonView pbr = material["pbrMetallicRoughness"], extensions = material["extensions"];
+    pbr["baseColorFactor"].numbers(4);
+    pbr["roughnessFactor"].number(0, 1);
+    pbr["metallicFactor"].number(0, 1);
+    for (const char* key : {"baseColorTexture", "metallicRoughnessTexture"}) checkTexture(pbr[key], root);
+    const JsonView specular = extensions["KHR_materials_specular"];
+    specular["specularFactor"].number(0, 1);
+    specular["specularColorFactor"].numbers(3);
+    for (const char* key : {"specularTexture", "specularColorTexture"}) checkTexture(specular[key], root);
+    extensions["KHR_materials_ior"]["ior"].number(0);
+    extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(0);
 }
 
-Check material() {
-    const Check texture = textureInfo();
-    const Check specular = object({{"specularFactor", number(0, 1)},
-                                   {"specularTexture", texture},
-                                   {"specularColorFactor", numbers(3)},
-                                   {"specularColorTexture", texture}});
-    return object({{"name", text()},
-                   {"pbrMetallicRoughness", object({{"baseColorFactor", numbers(4)},
-                                                    {"baseColorTexture", texture},
-                                                    {"roughnessFactor", number(0, 1)},
-                                                    {"metallicFactor", number(0, 1)},
-                                                    {"metallicRoughnessTexture", texture}})},
-                   {"normalTexture", texture},
-                   {"occlusionTexture", texture},
-                   {"emissiveTexture", texture},
-                   {"emissiveFactor", numbers(3)},
-                   {"alphaMode", oneOf({"OPAQUE", "MASK", "BLEND"})},
-                   {"alphaCutoff", number(0)},
-                   {"extensions", object({{"KHR_materials_specular", specular},
-                                          {"KHR_materials_ior", object({{"ior", number(0)}})},
-                                          {"KHR_materials_emissive_strength", object({{"emissiveStrength", number(0)}})}})}});
+void checkCamera(const JsonView& camera) {
+    camera["name"].string("");
+    camera["type"].required().oneOf({"perspective", "orthographic"});
+    const JsonView lens = camera[camera["type"].string()];
+    if (camera["type"].string() == "perspective") {
+        lens["yfov"].required().number(1e-4f, glm::pi<float>() - 1e-4f);
+        lens["aspectRatio"].number(1e-4f, 1e4f);
+    } else {
+        lens["xmag"].required().number();
+        lens["ymag"].required().number();
+    }
 }
 
-Check accessor() {
-    const Check view = index("bufferViews", "buffer view"), count = required(integer(0, kMaxElements));
-    const Check offset = integer(0, std::numeric_limits<std::int32_t>::max()); // which tinygltf keeps in an int
-    const Check places = object(
-        {{"bufferView", required(view)}, {"byteOffset", offset}, {"componentType", required(oneOf({5121, 5123, 5125}))}});
-    return object({{"bufferView", view},
-                   {"byteOffset", integer(0, kMaxFileBytes)},
-                   {"componentType", required(oneOf({5120, 5121, 5122, 5123, 5125, 5126}))},
-                   {"count", count},
-                   {"type", required(oneOf({"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"}))},
-                   {"normalized", flag()},
-                   {"sparse", object({{"count", count},
-                                      {"indices", required(places)},
-                                      {"values", required(object({{"bufferView", required(view)}, {"byteOffset", offset}}))}})}});
+void checkLight(const JsonView& light) {
+    light["type"].required().oneOf({"point", "spot", "directional"});
+    light["color"].numbers(3);
+    light["intensity"].number(0);
+    light["range"].number(0);
+    for (const char* key : {"innerConeAngle", "outerConeAngle"}) light["spot"][key].number(0, glm::half_pi<float>());
 }
 
-Check primitive() {
-    const Check values = index("accessors", "accessor");
-    return object({{"attributes", required(membersAre(values))},
-                   {"indices", values},
-                   {"material", index("materials", "material")},
-                   {"mode", integer(0, 6)},
-                   {"targets", listOf(object({}))}});
+void checkNode(const JsonView& node, const JsonView& root) {
+    node["name"].string("");
+    node["mesh"].index(root["meshes"].size(), "mesh");
+    node["camera"].index(root["cameras"].size(), "camera");
+    node["skin"].index(root["skins"].size(), "skin");
+    node["extensions"][kLights]["light"].index(root["extensions"][kLights]["lights"].size(), "light");
+    const std::uint32_t count = root["nodes"].size();
+    node["children"].each([&](const JsonView& child) { child.index(count, "node"); });
+    node["matrix"].numbers(16);
+    node["translation"].numbers(3);
+    node["rotation"].numbers(4);
+    node["scale"].numbers(3);
 }
 
-Check node() {
-    return object({{"name", text()},
-                   {"mesh", index("meshes", "mesh")},
-                   {"camera", index("cameras", "camera")},
-                   {"skin", index("skins", "skin")},
-                   {"children", listOf(index("nodes", "node"))},
-                   {"matrix", numbers(16)},
-                   {"translation", numbers(3)},
-                   {"rotation", numbers(4)},
-                   {"scale", numbers(3)},
-                   {"extensions", object({{"KHR_lights_punctual", object({{"light", lightIndex()}})}})}});
-}
-
-Check scene() {
-    const Check environment = object({{"uri", required(text())}, {"intensity", number(0)}, {"rotation", number()}});
-    return object({{"nodes", listOf(index("nodes", "node"))},
-                   {"extras", extras({{"maxDepth", integer(1, kMaxPathDepth)}, {"environment", environment}})}});
-}
-
-Check document() {
-    const Check bufferView = object({{"buffer", required(index("buffers", "buffer"))},
-                                     {"byteOffset", integer(0, kMaxFileBytes)},
-                                     {"byteLength", required(integer(1, kMaxFileBytes))}});
-    const Check image = object({{"uri", text()},
-                                {"bufferView", index("bufferViews", "buffer view")},
-                                {"extras", extras({{"colorSpace", text()}})}});
-    const Check wrap = oneOf({10497, 33071, 33648});
-    return object(
-        {{"extensionsUsed", listOf(text())},
-         {"extensionsRequired", listOf(text())},
-         {"buffers", listOf(object({{"byteLength", required(integer(1, kMaxFileBytes))}, {"uri", text()}}))},
-         {"bufferViews", listOf(both(bufferView, checkBounds))},
-         {"accessors", listOf(accessor())},
-         {"images", listOf(both(image, checkImage))},
-         {"samplers", listOf(object({{"wrapS", wrap}, {"wrapT", wrap}, {"magFilter", integer(0, 65535)}}))},
-         {"textures", listOf(object({{"source", index("images", "image")},
-                                     {"sampler", index("samplers", "sampler")},
-                                     {"extensions", object({})}}))},
-         {"materials", listOf(material())},
-         {"meshes", listOf(object({{"primitives", listOf(primitive())}}))},
-         {"cameras", listOf(both(object({{"name", text()}, {"type", required(text())}}), checkCamera))},
-         {"skins", listOf(object({}))},
-         {"animations", listOf(object({}))},
-         {"nodes", listOf(node())},
-         {"scenes", listOf(scene())},
-         {"scene", index("scenes", "scene")},
-         {"extensions", object({{"KHR_lights_punctual", object({{"lights", listOf(light())}})}})}});
+void checkScene(const JsonView& scene, const JsonView& root) {
+    const std::uint32_t count = root["nodes"].size();
+    scene["nodes"].each([&](const JsonView& node) { node.index(count, "node"); });
+    const JsonView extras = scene["extras"];
+    if (!extras.isObject()) return; // it may be anything, and is not meant for us
+    extras["maxDepth"].integer(1, kMaxPathDepth);
+    const JsonView environment = extras["environment"];
+    if (!environment.exists()) return;
+    environment["uri"].required().string();
+    environment["intensity"].number(0);
+    environment["rotation"].number();
 }
 
 // tinygltf takes 3.0 for no integer, and keeps integers in extensions and extras in an int.
@@ -254,8 +154,35 @@ Json& listIn(Json& object, const char* key) {
 } // namespace
 
 void checkGltf(const JsonView& root) {
-    static const Check kRules = document();
-    kRules(root, root);
+    const auto each = [&](const char* list, void (*check)(const JsonView&, const JsonView&)) {
+        root[list].each([&](const JsonView& entry) { check(entry, root); });
+    };
+    each("bufferViews", checkBufferView);
+    each("accessors", checkAccessor);
+    each("images", [](const JsonView& image, const JsonView& all) {
+        image["uri"].string("");
+        image["bufferView"].index(all["bufferViews"].size(), "buffer view");
+        if (!image["uri"].exists() && !image["bufferView"].exists()) image.fail("has neither uri nor bufferView");
+        if (image["extras"].isObject()) image["extras"]["colorSpace"].string("");
+    });
+    each("samplers", [](const JsonView& sampler, const JsonView&) {
+        for (const char* key : {"wrapS", "wrapT"}) sampler[key].oneOf({10497, 33071, 33648});
+        sampler["magFilter"].integer(0, 65535);
+    });
+    each("textures", [](const JsonView& texture, const JsonView& all) {
+        texture["source"].index(all["images"].size(), "image");
+        texture["sampler"].index(all["samplers"].size(), "sampler");
+    });
+    each("materials", checkMaterial);
+    root["meshes"].each([&](const JsonView& mesh) {
+        mesh["primitives"].each([&](const JsonView& primitive) { checkPrimitive(primitive, root); });
+    });
+    root["cameras"].each(checkCamera);
+    root["extensions"][kLights]["lights"].each(checkLight);
+    each("nodes", checkNode);
+    each("scenes", checkScene);
+    root["scene"].index(root["scenes"].size(), "scene");
+    root["extensionsUsed"].each([](const JsonView& name) { name.string(); });
 }
 
 Json rewrittenForTinyGltf(Json root) {
@@ -274,8 +201,8 @@ Json rewrittenForTinyGltf(Json root) {
         lens.emplace("znear", 0);
         lens.emplace("zfar", 0);
     }
-    if (root.contains("extensions") && root["extensions"].contains("KHR_lights_punctual"))
-        for (Json& light : listIn(root["extensions"]["KHR_lights_punctual"], "lights")) light.emplace("spot", Json::object());
+    if (root.contains("extensions") && root["extensions"].contains(kLights))
+        for (Json& light : listIn(root["extensions"][kLights], "lights")) light.emplace("spot", Json::object());
     // Damage in what is not rendered must not cost the scene.
     root.erase("skins");
     for (Json& animation : listIn(root, "animations")) animation = Json::object();

@@ -77,7 +77,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
     const std::uint64_t corners = primitive.indices >= 0 ? countOf(primitive.indices) : count;
     if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > kMaxTriangles ||
         out.positions.size() + count > 3 * kMaxTriangles)
-        load.document.fail(place, "brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
+        load.document.at(place).fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
                            "the mesh is too detailed or its counts are damaged", "simplify the scene");
     const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
         const auto found = primitive.attributes.find(name);
@@ -85,7 +85,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
         const std::string use = place + ".attributes." + name;
         AccessorValues values = readAccessor(load.document, found->second, use, fewest, most);
         if (values.count != count)
-            load.document.fail(use, "has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
+            load.document.at(use).fail("has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
         return values;
     };
     const AccessorValues positions = attribute("POSITION", 3, 3);
@@ -122,7 +122,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
         const glm::dvec3 world(toWorld * glm::dvec4(local, 1));
         for (int k = 0; k < 3; ++k)
             if (!(std::abs(world[k]) < double(std::numeric_limits<float>::max())))
-                load.document.fail(place + ".attributes.POSITION", "leaves the range of numbers at vertex " + std::to_string(i),
+                load.document.at(place + ".attributes.POSITION").fail("leaves the range of numbers at vertex " + std::to_string(i),
                                    "a node scales it too much", "check the transforms of the nodes");
         out.positions.push_back(world);
         out.normals.push_back(normals.count ? unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))))

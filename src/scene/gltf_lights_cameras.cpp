@@ -27,7 +27,7 @@ glm::mat4 cameraFrame(const GltfLoad& load, const NodeInstance& instance) {
     const glm::dvec3 x = glm::normalize(across - y * glm::dot(across, y));
     const double sum = glm::dot(x, x) + glm::dot(y, y) + glm::dot(z, z);
     if (!std::isfinite(sum))
-        load.document.fail(nodePlace(instance.node), "carries a camera, but its transform is singular", "a scale of zero",
+        load.document.at(nodePlace(instance.node)).fail("carries a camera, but its transform is singular", "a scale of zero",
                            "give the camera's node a scale of 1");
     return glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(worldPlace(load, instance.toWorld), 1)));
 }
@@ -44,7 +44,7 @@ void addCamera(GltfLoad& load, const NodeInstance& instance, std::set<std::strin
         // Exporters write negative magnifications for flipped views; only their size matters to us.
         const float x = std::abs(float(source.orthographic.xmag)), y = std::abs(float(source.orthographic.ymag));
         if (!(x > kTiny && y > kTiny))
-            load.document.fail("cameras[" + std::to_string(node.camera) + "].orthographic", "has a view of no size");
+            load.document.at("cameras[" + std::to_string(node.camera) + "].orthographic").fail("has a view of no size");
         camera.ymag = y;
         camera.aspect = x / y;
     } else {
@@ -95,15 +95,15 @@ void loadLights(GltfLoad& load) {
         const glm::dvec3 forward = -glm::dvec3(instance.toWorld[2]);
         if (light.kind != PunctualLight::Kind::Point) {
             if (!(glm::length(forward) > 0))
-                load.document.fail(nodePlace(instance.node), "carries a light, but its transform is singular");
+                load.document.at(nodePlace(instance.node)).fail("carries a light, but its transform is singular");
             light.direction = glm::vec3(glm::normalize(forward));
         }
         light.intensity = glm::max(vec(source.color, glm::vec3(1)), 0.0f) * float(source.intensity);
-        if (!(glm::compMax(light.intensity) <= kAny)) load.document.fail(place + ".intensity", "times the colour is too large a number");
+        if (!(glm::compMax(light.intensity) <= kAny)) load.document.at(place + ".intensity").fail("times the colour is too large a number");
         light.range = float(source.range);
         const auto inner = float(source.spot.innerConeAngle), outer = float(source.spot.outerConeAngle);
         if (light.kind == PunctualLight::Kind::Spot && inner >= outer)
-            load.document.fail(place + ".spot", "has an inner cone as wide as the outer one");
+            load.document.at(place + ".spot").fail("has an inner cone as wide as the outer one");
         light.innerCos = std::cos(inner);
         light.outerCos = std::cos(outer);
         load.scene.lights.push_back(light);
@@ -140,7 +140,7 @@ void loadEnvironment(GltfLoad& load) {
         }
     if (negative) load.warn(p.name + ": " + std::to_string(negative) + " negative values were clamped to 0");
     if (!std::all_of(p.values.begin(), p.values.end(), [](float v) { return std::isfinite(v); }))
-        load.document.fail("scenes[" + std::to_string(shown) + "].extras.environment.intensity", "makes the environment's radiance overflow");
+        load.document.at("scenes[" + std::to_string(shown) + "].extras.environment.intensity").fail("makes the environment's radiance overflow");
     load.scene.environment = Environment{std::uint32_t(load.scene.parameters.size()), real(member(source, "rotation"), 0)};
     load.scene.parameters.push_back(std::move(p));
 }

@@ -19,13 +19,13 @@ glm::dmat4 localTransform(const GltfLoad& load, std::uint32_t index) {
     if (!node.matrix.empty()) {
         const glm::dmat4 m = glm::make_mat4(node.matrix.data());
         if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1)
-            load.document.fail(nodePlace(index) + ".matrix", "is not an affine transform");
+            load.document.at(nodePlace(index) + ".matrix").fail("is not an affine transform");
         return m;
     }
     const glm::dvec3 t = vec(node.translation, glm::dvec3(0)), s = vec(node.scale, glm::dvec3(1));
     const glm::dvec4 r = vec(node.rotation, glm::dvec4(0, 0, 0, 1));
     const double length = glm::length(r);
-    if (!(length > 0)) load.document.fail(nodePlace(index) + ".rotation", "is not a rotation: its length is zero");
+    if (!(length > 0)) load.document.at(nodePlace(index) + ".rotation").fail("is not a rotation: its length is zero");
     const glm::dquat q(r.w / length, r.x / length, r.y / length, r.z / length);
     glm::dmat4 m = glm::mat4_cast(q);
     for (int i = 0; i < 3; ++i) m[i] *= s[i];
@@ -121,12 +121,12 @@ std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
         NodeInstance instance = pending.back();
         pending.pop_back();
         const std::uint32_t node = instance.node;
-        if (seen[node]) load.document.fail(nodePlace(node), "is reached twice: it has two parents or is its own ancestor");
+        if (seen[node]) load.document.at(nodePlace(node)).fail("is reached twice: it has two parents or is its own ancestor");
         seen[node] = true;
         instance.toWorld = instance.toWorld * localTransform(load, node);
         for (int i = 0; i < 16; ++i)
             if (!(std::abs(instance.toWorld[i / 4][i % 4]) < double(std::numeric_limits<float>::max())))
-                load.document.fail(nodePlace(node), "leaves the range of numbers by its transform and those above it",
+                load.document.at(nodePlace(node)).fail("leaves the range of numbers by its transform and those above it",
                                    "a node scales too much", "check the transforms of the nodes");
         push(nodes[node].children, instance.toWorld);
         found.push_back(instance);

@@ -1,6 +1,5 @@
 // Materials of a glTF scene: every slot of every material becomes a parameter.
 #include "scene/gltf_textures.h"
-#include "scene/gltf_value.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,23 +18,6 @@ struct SlotTexels {
     glm::vec3 scale{1}, bias{0};
 };
 
-tinygltf::TextureInfo plain(const tinygltf::NormalTextureInfo& info) {
-    tinygltf::TextureInfo out;
-    out.index = info.index;
-    out.texCoord = info.texCoord;
-    out.extensions = info.extensions;
-    return out;
-}
-
-// A textureInfo inside an extension.
-tinygltf::TextureInfo plain(const tinygltf::Value& info) {
-    tinygltf::TextureInfo out;
-    out.index = int(number(member(info, "index"), -1));
-    out.texCoord = int(number(member(info, "texCoord"), 0));
-    out.extensions["KHR_texture_transform"] = member(member(info, "extensions"), "KHR_texture_transform");
-    return out;
-}
-
 class MaterialLoader {
   public:
     explicit MaterialLoader(GltfLoad& load) : load_(load), images_(load) {}
@@ -43,9 +25,9 @@ class MaterialLoader {
 
   private:
     Parameter& slot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant);
-    void fill(Parameter& parameter, const tinygltf::TextureInfo& info, const SlotTexels& texels);
+    void fill(Parameter& parameter, const TextureInfo& info, const SlotTexels& texels);
     void clampToRange(Parameter& parameter);
-    void addAlphaTexture(Material& material, const tinygltf::TextureInfo& info);
+    void addAlphaTexture(Material& material, const TextureInfo& info);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -75,7 +57,7 @@ void MaterialLoader::clampToRange(Parameter& p) {
     if (outside) load_.warn(p.name + ": " + std::to_string(outside) + " values outside the range of the slot were clamped");
 }
 
-void MaterialLoader::fill(Parameter& p, const tinygltf::TextureInfo& info, const SlotTexels& texels) {
+void MaterialLoader::fill(Parameter& p, const TextureInfo& info, const SlotTexels& texels) {
     const auto use = readTextureUse(load_, info);
     if (!use) return;
     const RawImage& image = images_.get(use->image);
@@ -113,7 +95,7 @@ void MaterialLoader::fill(Parameter& p, const tinygltf::TextureInfo& info, const
     clampToRange(p);
 }
 
-void MaterialLoader::addAlphaTexture(Material& material, const tinygltf::TextureInfo& info) {
+void MaterialLoader::addAlphaTexture(Material& material, const TextureInfo& info) {
     const auto use = readTextureUse(load_, info);
     if (!use) return;
     const RawImage& image = images_.get(use->image);
@@ -148,16 +130,16 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     fill(slot(material, SlotKind::Metallic, 1, glm::vec3(metallic)), pbr.metallicRoughnessTexture,
          {.channels = {2}, .scale = glm::vec3(metallic)});
     const float specularFactor = real(member(specular, "specularFactor"), 1);
-    fill(slot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), plain(member(specular, "specularTexture")),
+    fill(slot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), member(specular, "specularTexture"),
          {.channels = {3}, .scale = glm::vec3(specularFactor)});
     const float strength = real(member(extension(source.extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
     const glm::vec3 emission = glm::max(vec(source.emissiveFactor, glm::vec3(0)), 0.0f) * strength;
     if (!(glm::compMax(emission) <= kBrightest))
-        load_.document.fail("materials[" + position + "].emissiveFactor", "times its strength is too large a number");
+        load_.document.at("materials[" + position + "].emissiveFactor").fail("times its strength is too large a number");
     fill(slot(material, SlotKind::Emission, 3, emission), source.emissiveTexture, {.color = true, .scale = emission});
     const auto s = float(source.normalTexture.scale);
     Parameter& normals = slot(material, SlotKind::Normal, 3, glm::vec3(0, 0, 1));
-    fill(normals, plain(source.normalTexture), {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
+    fill(normals, source.normalTexture, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
     material.hasNormalMap = normals.textured;
 
     material.ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);

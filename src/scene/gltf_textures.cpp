@@ -1,8 +1,6 @@
 // From a textureInfo of a material to texels and how they are addressed.
 #include "scene/gltf_textures.h"
 
-#include "scene/gltf_value.h"
-
 #include <cmath>
 
 namespace cmpg {
@@ -26,7 +24,7 @@ glm::mat3x2 uvTransform(const tinygltf::Value& transform) {
 
 } // namespace
 
-std::optional<TextureUse> readTextureUse(GltfLoad& load, const tinygltf::TextureInfo& info) {
+std::optional<TextureUse> readTextureUse(GltfLoad& load, const TextureInfo& info) {
     if (info.index < 0) return std::nullopt;
     const tinygltf::Texture& texture = load.model.textures[std::size_t(info.index)];
     const std::string place = "textures[" + std::to_string(info.index) + "]";
@@ -44,9 +42,8 @@ std::optional<TextureUse> readTextureUse(GltfLoad& load, const tinygltf::Texture
         use.wrapV = wrapMode(sampler.wrapT);
         use.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
     }
-    const tinygltf::Value& transform = extension(info.extensions, "KHR_texture_transform");
-    use.uvTransform = uvTransform(transform);
-    const int texcoord = int(number(member(transform, "texCoord"), info.texCoord));
+    use.uvTransform = uvTransform(*info.transform);
+    const int texcoord = int(number(member(*info.transform, "texCoord"), info.texcoord));
     if (texcoord > 1)
         load.warn(place + " is used with TEXCOORD_" + std::to_string(texcoord) + "; only sets 0 and 1 are read, and 0 is used instead");
     use.texcoord = texcoord == 1 ? 1 : 0;
