@@ -62,7 +62,8 @@ Elements open(const GltfDocument& document, const Origin& origin, std::uint32_t 
     const std::uint64_t stride = document.model().bufferViews[std::size_t(origin.bufferView)].byteStride;
     e.stride = stride ? stride : size;
     if (e.stride < size)
-        document.at("bufferViews[" + std::to_string(origin.bufferView) + "].byteStride").fail("is " + std::to_string(e.stride) + ", but an element of " + origin.place + " has " + std::to_string(size) + " bytes");
+        document.at("bufferViews[" + std::to_string(origin.bufferView) + "].byteStride")
+            .fail("is " + std::to_string(e.stride) + ", but an element of " + origin.place + " has " + std::to_string(size) + " bytes");
     const std::span<const std::uint8_t> bytes = document.bufferView(origin.bufferView);
     const std::uint64_t end = origin.byteOffset + (count ? (count - 1) * e.stride + size : 0);
     if (end > bytes.size())
@@ -95,8 +96,9 @@ AccessorValues readAccessor(const GltfDocument& document, int index, const std::
         for (std::uint32_t c = 0; c < out.components; ++c) {
             const float v = from.real(source, c);
             if (!std::isfinite(v))
-                document.at(place + " (" + use + ")").fail("is not finite at element " + std::to_string(target),
-                              "the exporter divided by zero, or the data is damaged", "repair the mesh and export it again");
+                document.at(place + " (" + use + ")")
+                    .fail("is not finite at element " + std::to_string(target),
+                          "the exporter divided by zero, or the data is damaged", "repair the mesh and export it again");
             out.values[std::size_t(target) * out.components + c] = v;
         }
     };
@@ -133,7 +135,7 @@ std::vector<std::uint32_t> readIndices(const GltfDocument& document, int index, 
         out[i] = elements.integer(i);
         if (out[i] >= vertexCount)
             document.at(place + " (" + use + ")").fail("names vertex " + std::to_string(out[i]) + " at place " + std::to_string(i) +
-                                                        ", but there are " + std::to_string(vertexCount));
+                                                       ", but there are " + std::to_string(vertexCount));
     }
     return out;
 }

@@ -234,11 +234,9 @@ void GltfDocument::buildModel() {
     reader.SetImageLoader(leave, nullptr);
     const std::string text = rewrittenForTinyGltf(json_).dump();
     std::string error, warning;
-    if (text.size() > std::numeric_limits<unsigned>::max())
-        throw Error(ExitCode::Input, name_ + ": the JSON is too long", "the file is damaged", "split the scene");
+    if (text.size() > std::numeric_limits<unsigned>::max()) root().fail("is longer than 4 GiB", "the file is damaged", "split the scene");
     if (!reader.LoadASCIIFromString(&model_, &error, &warning, text.data(), unsigned(text.size()), "") || !error.empty())
-        throw Error(ExitCode::Input, name_ + ": " + error.substr(0, error.find('\n')), "the file is damaged or was written by a faulty exporter",
-                    "re-export the scene");
+        root().fail("is refused by tinygltf: " + error.substr(0, error.find('\n')));
 }
 
 } // namespace cmpg

@@ -107,7 +107,7 @@ void checkNode(const JsonView& node, const JsonView& root) {
     node["name"].string("");
     node["mesh"].index(root["meshes"].size(), "mesh");
     node["camera"].index(root["cameras"].size(), "camera");
-    node["skin"].index(root["skins"].size(), "skin");
+    node["skin"].integer(0, std::numeric_limits<std::int32_t>::max());
     node["extensions"][kLights]["light"].index(root["extensions"][kLights]["lights"].size(), "light");
     const std::uint32_t count = root["nodes"].size();
     node["children"].each([&](const JsonView& child) { child.index(count, "node"); });
@@ -183,6 +183,7 @@ void checkGltf(const JsonView& root) {
     each("scenes", checkScene);
     root["scene"].index(root["scenes"].size(), "scene");
     root["extensionsUsed"].each([](const JsonView& name) { name.string(); });
+    root["animations"].size();
 }
 
 Json rewrittenForTinyGltf(Json root) {
@@ -198,14 +199,13 @@ Json rewrittenForTinyGltf(Json root) {
     // It insists on clipping planes and on the cone of a spot light.
     for (Json& camera : listIn(root, "cameras")) {
         Json& lens = camera[camera["type"].get<std::string>()];
-        lens.emplace("znear", 0);
-        lens.emplace("zfar", 0);
+        lens["znear"] = lens["zfar"] = 0;
     }
     if (root.contains("extensions") && root["extensions"].contains(kLights))
         for (Json& light : listIn(root["extensions"][kLights], "lights")) light.emplace("spot", Json::object());
     // Damage in what is not rendered must not cost the scene.
     root.erase("skins");
-    for (Json& animation : listIn(root, "animations")) animation = Json::object();
+    if (!listIn(root, "animations").empty()) root["animations"] = Json::array({Json::object()});
     return root;
 }
 

@@ -78,7 +78,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
     if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > kMaxTriangles ||
         out.positions.size() + count > 3 * kMaxTriangles)
         load.document.at(place).fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
-                           "the mesh is too detailed or its counts are damaged", "simplify the scene");
+                                     "the mesh is too detailed or its counts are damaged", "simplify the scene");
     const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) return AccessorValues{};
@@ -123,7 +123,7 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
         for (int k = 0; k < 3; ++k)
             if (!(std::abs(world[k]) < double(std::numeric_limits<float>::max())))
                 load.document.at(place + ".attributes.POSITION").fail("leaves the range of numbers at vertex " + std::to_string(i),
-                                   "a node scales it too much", "check the transforms of the nodes");
+                                                                      "a node scales it too much", "check the transforms of the nodes");
         out.positions.push_back(world);
         out.normals.push_back(normals.count ? unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))))
                                             : glm::vec3(0));

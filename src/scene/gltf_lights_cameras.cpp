@@ -28,7 +28,7 @@ glm::mat4 cameraFrame(const GltfLoad& load, const NodeInstance& instance) {
     const double sum = glm::dot(x, x) + glm::dot(y, y) + glm::dot(z, z);
     if (!std::isfinite(sum))
         load.document.at(nodePlace(instance.node)).fail("carries a camera, but its transform is singular", "a scale of zero",
-                           "give the camera's node a scale of 1");
+                                                        "give the camera's node a scale of 1");
     return glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(worldPlace(load, instance.toWorld), 1)));
 }
 
@@ -140,7 +140,7 @@ void loadEnvironment(GltfLoad& load) {
         }
     if (negative) load.warn(p.name + ": " + std::to_string(negative) + " negative values were clamped to 0");
     if (!std::all_of(p.values.begin(), p.values.end(), [](float v) { return std::isfinite(v); }))
-        load.document.at("scenes[" + std::to_string(shown) + "].extras.environment.intensity").fail("makes the environment's radiance overflow");
+        uri.fail("shows a picture that overflows by its intensity");
     load.scene.environment = Environment{std::uint32_t(load.scene.parameters.size()), real(member(source, "rotation"), 0)};
     load.scene.parameters.push_back(std::move(p));
 }

@@ -127,7 +127,7 @@ std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
         for (int i = 0; i < 16; ++i)
             if (!(std::abs(instance.toWorld[i / 4][i % 4]) < double(std::numeric_limits<float>::max())))
                 load.document.at(nodePlace(node)).fail("leaves the range of numbers by its transform and those above it",
-                                   "a node scales too much", "check the transforms of the nodes");
+                                                       "a node scales too much", "check the transforms of the nodes");
         push(nodes[node].children, instance.toWorld);
         found.push_back(instance);
     }
