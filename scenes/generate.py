@@ -89,7 +89,8 @@ def facing(centre, target, half):
     z = normalise(sub(target, centre))
     x = normalise(cross((0, 1, 0), z))
     y = cross(z, x)
-    return Mesh().quad(*(tuple(c + half * (i * a + j * b) for c, a, b in zip(centre, x, y)) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))))
+    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return Mesh().quad(*(tuple(c + half * (i * a + j * b) for c, a, b in zip(centre, x, y)) for i, j in corners))
 
 
 def bowl():
@@ -195,7 +196,7 @@ def materials():
     g.environment("sky.exr", images.Picture(32, 16, lambda u, v: (
         0.35 + 0.2 * math.cos(2 * math.pi * u), 0.4, 0.6 - 0.3 * v)).exr(), intensity=0.5, rotation_radians=0.7)
     g.material("painting", texture=texture("painting.png", images.mosaic, 32))
-    g.material("varied", (0.8, 0.6, 0.4), roughness=1, metallic=1, specular=0.7,
+    g.material("varied", (0.8, 0.6, 0.4), roughness=1, metallic=1, specular=1,
                rough_texture=texture("rough.png", rough, 16, wrap=REPEAT))
     g.material("wavy", (0.5, 0.6, 0.7), roughness=0.4, metallic=0.4, specular=0.8,
                normal_texture=texture("normal.png", bump, 16, wrap=REPEAT), normal_scale=0.8)

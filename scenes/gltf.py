@@ -152,7 +152,7 @@ class Gltf:
         if normal_texture is not None:
             item["normalTexture"] = {"index": normal_texture, "scale": normal_scale}
         extensions = {}
-        if specular != 1 and metallic != 1:
+        if specular != 1 and (metallic != 1 or rough_texture is not None):  # all metal has no dielectric part
             extensions["KHR_materials_specular"] = {"specularFactor": specular}
         if emission is not None:
             strength = max(*emission, 1)  # emissiveFactor may not exceed 1

@@ -165,8 +165,8 @@ def room():
         a = i * math.pi / 4
         x, z = 0.35 * math.cos(a), 0.2 + 0.35 * math.sin(a)
         lamp.merge(lathe(lambda t: (0.02 + 0.03 * t, 0.06 * t), 32, 16, (x, 2.27, z))).merge(Mesh().sphere((x, 2.25, z), 0.03))
-        arm = lathe(lambda t: (0.006, 0.35 * t), 12, 8, (0, 0, 0)).transform(rotation("z", -90)).transform(rotation("y", -45 * i), (0, 2.27, 0.2))
-        lamp.merge(arm)
+        arm = lathe(lambda t: (0.006, 0.35 * t), 12, 8, (0, 0, 0)).transform(rotation("z", -90))
+        lamp.merge(arm.transform(rotation("y", -45 * i), (0, 2.27, 0.2)))
         bulbs.merge(Mesh().sphere((x, 2.36, z), 0.03, 8, 4))
     g.mesh("lamp", lamp, "brass")
     g.mesh("bulbs", bulbs, "bulb")

@@ -47,7 +47,8 @@ vec3 accurateCross(vec3 a, vec3 b) {
     vec3 bh = leadingBits(b);
     vec3 al = a - ah;
     vec3 bl = b - bh;
-    vec3 leading = vec3(ah.y * bh.z - ah.z * bh.y, ah.z * bh.x - ah.x * bh.z, ah.x * bh.y - ah.y * bh.x);
+    // PRECISE: without it lavapipe regroups these products and the result is no better than cross().
+    PRECISE vec3 leading = vec3(ah.y * bh.z - ah.z * bh.y, ah.z * bh.x - ah.x * bh.z, ah.x * bh.y - ah.y * bh.x);
     return leading + (cross(ah, bl) + cross(al, b));
 }
 

@@ -7,7 +7,7 @@
 struct SampleKey {
     uvec2 stream;     // of seed, step and pass: streamKey()
     uint pixel;
-    uint sampleIndex; // within the pixel and pass; goes on over the batches of a pass; below 2^24
+    uint sampleIndex; // within the pixel and pass; goes on over the batches of a pass
     uint branch;      // which copy of a split path
     uint bounce;
 };
@@ -33,10 +33,14 @@ uvec2 streamKey(uint seedLow, uint seedHigh, uint step, uint pass) {
     return uvec2(h.x, h.y);
 }
 
-// Key of one set of dimensions of a path vertex, the same for all samples of the pixel.
+// Samples of a pixel come in blocks of 2^16, stratified within and independent of each other.
+const uint kSampleBlockBits = 16u;
+const uint kSampleBlockMask = 0xffffu;
+
+// Key of one set of dimensions of a path vertex, the same for all samples of a block.
 uvec4 setKey(SampleKey key, uint set) {
     uvec4 path = hash4(uvec4(key.stream.x, key.stream.y, key.pixel, key.branch));
-    return hash4(uvec4(path.x + key.bounce, path.y + set, path.z, path.w));
+    return hash4(uvec4(path.x + key.bounce, path.y + set, path.z + (key.sampleIndex >> kSampleBlockBits), path.w));
 }
 
 // Uniform in [0,1), in steps of 2^-24 so that float never rounds up to 1.
@@ -44,7 +48,7 @@ vec4 unitInterval(uvec4 bits) { return vec4(bits >> 8u) * (1.0 / 16777216.0); }
 
 vec4 independentSet(SampleKey key, uint set) {
     uvec4 k = setKey(key, set);
-    return unitInterval(hash4(uvec4(k.x + key.sampleIndex, k.y, k.z, k.w)));
+    return unitInterval(hash4(uvec4(k.x + (key.sampleIndex & kSampleBlockMask), k.y, k.z, k.w)));
 }
 
 #endif

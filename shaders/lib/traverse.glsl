@@ -1,9 +1,9 @@
-// Closest-hit and any-hit traversal of Bvh::nodes. The including kernel defines, before this file,
+// Closest-hit and any-hit traversal of Bvh::records. The including kernel includes lib/trace_queue.glsl, defines, before this file,
 //     bool acceptHit(uint triangle, vec2 barycentrics)   // false: the triangle is cut out here (alpha mask)
-// and drives a ray by beginRay, stepRay while the cursor is not kNone, and endRay.
+// or CMPG_ACCEPT_ALL in its place, and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
 //
 // A step reads one record. Steps at box nodes and at leaf blocks are separate functions, because a CPU driver executes both sides
-// of every branch: the kernel loops over each kind (see walk).
+// of every branch: walk loops over each kind.
 #include "shared/bindings.h"
 #include "shared/bvh_node.h"
 #include "shared/wavefront.h"

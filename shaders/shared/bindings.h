@@ -5,7 +5,7 @@
 CMPG_SHARED_BEGIN
 
 // Scene, read only.
-CMPG_CONST kBindNodes = 0; // Bvh::nodes: box nodes and leaf blocks, 4 vec4 texels each
+CMPG_CONST kBindNodes = 0; // Bvh::records: box nodes and leaf blocks, 4 uvec4 texels each
 CMPG_CONST kBindTriangles = 1; // three vec4 a triangle in BVH order: v0, v1 - v0, v2 - v0 (w unused)
 CMPG_CONST kBindIndices = 2; // uvec4 a triangle in BVH order: vertices, material
 CMPG_CONST kBindAttributes = 3; // vec4s a vertex: normal and u0; v0, u1, v1; tangent; colour (the last two only where the scene has them)

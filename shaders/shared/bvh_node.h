@@ -8,6 +8,7 @@ CMPG_SHARED_BEGIN
 CMPG_CONST kBvhWidth = 4;      // children of a box node
 CMPG_CONST kMaxLeafBlocks = 4; // so a leaf holds at most 8 triangles
 CMPG_CONST kMaxBvhDepth = 48;  // box nodes on a path from the root; the traversal stack holds as many entries
+CMPG_CONST kMaxBvhRecords = 0x02000000u; // 2 GiB, the reach of a texel view; some 40 million triangles
 // A child in BvhNode::children: bits 0-3 its record minus `base`, bits 4-6 its leaf blocks (0: a box node), bit 7 set. 0: no child.
 CMPG_CONST kChildOffset = 0x0fu;
 CMPG_CONST kChildBlocksShift = 4;

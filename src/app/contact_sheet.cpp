@@ -14,7 +14,8 @@ constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18;
 constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
 constexpr std::size_t kMostRows = 6; // pictures stay a sensible size; all views are in the output folder
 
-// One exposure for all pictures: the target's 99th percentile becomes white where it is not between 0.5 and 1 already.
+// One exposure for all pictures: the target's 95th percentile, which leaves out lamps, becomes white where it is
+// not between 0.5 and 1 already.
 float commonFactor(const std::vector<ContactSheet::ViewRow>& views) {
     std::vector<float> values;
     for (const auto& row : views)
@@ -23,7 +24,7 @@ float commonFactor(const std::vector<ContactSheet::ViewRow>& views) {
                 values.push_back(v);
     if (values.empty())
         return 1;
-    const auto place = values.begin() + std::ptrdiff_t(0.99 * double(values.size() - 1));
+    const auto place = values.begin() + std::ptrdiff_t(0.95 * double(values.size() - 1));
     std::nth_element(values.begin(), place, values.end());
     return *place > 1 || (*place > 0 && *place < 0.5f) ? 1 / *place : 1;
 }

@@ -57,8 +57,8 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
 void SceneBuffers::uploadGeometry(Device& device) {
     const Geometry& g = scene_.geometry;
     const std::size_t count = bvh_.order.size();
-    nodes_ = Buffer(device, "bvh nodes", bvh_.nodes.size() * sizeof(bvh_.nodes[0]), MemoryKind::Scene, Texel::Rgba32ui);
-    nodes_.uploadAll(bvh_.nodes);
+    nodes_ = Buffer(device, "bvh nodes", bvh_.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui);
+    nodes_.uploadAll(bvh_.records);
 
     std::vector<glm::vec4> corners(std::max<std::size_t>(1, count) * 3, glm::vec4(0));
     std::vector<glm::uvec4> indices(std::max<std::size_t>(1, count), glm::uvec4(0));
@@ -250,6 +250,7 @@ void SceneBuffers::uploadLights() {
     info.lights = std::uint32_t(d.lights.size());
     info.frozenMaterials = hasFrozen_ ? std::uint32_t(scene_.materials.size()) : 0;
     info.frozenTexels = hasFrozen_ ? valueTexels_ : 0;
+    info.environmentDistance = 1e30f;
     info.environment.gradient = gpu::kNone;
     if (scene_.environment) {
         const Parameter& p = scene_.parameters[scene_.environment->parameter];

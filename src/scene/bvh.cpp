@@ -1,6 +1,8 @@
 // Builds the hierarchy: pairs triangles into blocks, splits the blocks, writes the records the kernels read.
 #include "scene/bvh.h"
 
+#include "base/error.h"
+#include "base/parallel.h"
 #include "scene/bvh_split.h"
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <span>
+#include <string>
 #include <thread>
 
 namespace cmpg {
@@ -89,7 +92,7 @@ void pairTriangles(const Geometry& g, std::vector<Pair>& pairs, std::vector<Refe
             taken[k] = true;
             box = both;
         }
-        references.push_back({box.low, std::uint32_t(pairs.size()), box.high, 0});
+        references.push_back({box.low, std::uint32_t(pairs.size()), box.high, partner == kNoTriangle ? 1u : 2u});
         pairs.push_back({i, partner});
     }
 }
@@ -101,6 +104,10 @@ struct Subtree {
     bool leaf;
 
     std::uint32_t records() const { return leaf ? end - begin : 1; }
+};
+
+struct Leaf {
+    std::uint32_t record, begin, blocks, firstTriangle;
 };
 
 // Collapses the binary tree to nodes of kBvhWidth children and writes the records, depth first.
@@ -121,6 +128,11 @@ class Writer {
         if (n > 0)
             writeNode(0, {tree_.box, 0, 0, n, tree_.single}, 1);
         bvh_.sahCost = float(cost_);
+        bvh_.order.resize(triangles_);
+        parallelFor(leaves_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                fillLeaf(leaves_[i]);
+        });
     }
 
   private:
@@ -164,7 +176,7 @@ class Writer {
         bvh_.records.resize(bvh_.records.size() + offset);
         for (std::uint32_t c = 0; c < n; ++c)
             if (children[c].leaf)
-                writeLeaf(places[c], children[c]);
+                placeLeaf(places[c], children[c]);
             else
                 writeNode(places[c], children[c], depth + 1);
     }
@@ -189,25 +201,36 @@ class Writer {
         }
     }
 
-    void writeLeaf(std::uint32_t record, const Subtree& leaf) {
+    // Gives the leaf its place; its contents follow when all places are known.
+    void placeLeaf(std::uint32_t record, const Subtree& leaf) {
         const std::uint32_t blocks = leaf.records();
+        leaves_.push_back({record, leaf.begin, blocks, triangles_});
         for (std::uint32_t i = 0; i < blocks; ++i)
-            bvh_.records[record + i] = std::bit_cast<BvhRecord>(block(pairs_[references_[leaf.begin + i].item]));
+            triangles_ += references_[leaf.begin + i].triangles;
         bvh_.blocks += blocks;
         cost_ += double(leaf.box.halfArea() / rootArea_) * blocks;
     }
 
-    gpu::LeafBlock block(const Pair& pair) {
+    void fillLeaf(const Leaf& leaf) {
+        std::uint32_t first = leaf.firstTriangle;
+        for (std::uint32_t i = 0; i < leaf.blocks; ++i) {
+            const Reference& reference = references_[leaf.begin + i];
+            bvh_.records[leaf.record + i] = std::bit_cast<BvhRecord>(block(pairs_[reference.item], first));
+            first += reference.triangles;
+        }
+    }
+
+    gpu::LeafBlock block(const Pair& pair, std::uint32_t first) {
         const Corners a = corners(geometry_, pair.a);
         gpu::LeafBlock block{};
-        block.first = std::uint32_t(bvh_.order.size());
-        bvh_.order.push_back(pair.a);
+        block.first = first;
+        bvh_.order[first] = pair.a;
         SharedEdge edge;
         if (pair.b != kNoTriangle) {
             const Corners b = corners(geometry_, pair.b);
             edge = sharedEdge(a, b);
             block.v3 = b.p[(edge.turnB + (edge.flipB ? 1 : 2)) % 3];
-            bvh_.order.push_back(pair.b);
+            bvh_.order[first + 1] = pair.b;
         } else {
             block.v3 = a.p[2];
         }
@@ -225,6 +248,8 @@ class Writer {
     Bvh& bvh_;
     float padding_, rootArea_;
     double cost_ = 0;
+    std::vector<Leaf> leaves_;
+    std::uint32_t triangles_ = 0; // in the leaves placed so far
 };
 
 } // namespace
@@ -236,9 +261,11 @@ Bvh buildBvh(const Geometry& geometry, unsigned threads) {
     const SplitTree tree = splitReferences(references, threads ? threads : std::max(1u, std::thread::hardware_concurrency()));
 
     Bvh bvh;
-    bvh.order.reserve(geometry.triangles.size());
     bvh.records.reserve(references.size() * 3 / 2 + 1);
     Writer(geometry, tree, pairs, references, bvh).run();
+    if (bvh.records.size() > gpu::kMaxBvhRecords)
+        throw Error(ExitCode::Input, "the scene has too many triangles: " + std::to_string(geometry.triangles.size()),
+                    "the hierarchy over them exceeds what a kernel can address, 2 GiB", "simplify the scene; some 40 million triangles fit");
     return bvh;
 }
 

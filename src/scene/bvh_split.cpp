@@ -14,6 +14,8 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kBins = 16;
+constexpr std::uint32_t kFewBins = 8; // for ranges of at most kFewReferences: most of the nodes, where sweeping bins is most of the work
+constexpr std::uint32_t kFewReferences = 12;
 constexpr std::uint32_t kParallelRange = 8192; // smaller ranges are finished by the thread that met them
 // Cost of a binary split relative to a leaf block's: measured; a node of four children is worth three splits.
 constexpr float kSplitCost = 0.5f;
@@ -42,16 +44,18 @@ glm::vec3 center(const Reference& r) { return r.low + r.high; }
 // Maps centres to bins. Written once, so that counting and partitioning cannot disagree.
 struct Binning {
     glm::vec3 origin, scale;
+    std::uint32_t bins;
 
-    explicit Binning(const Box& centers) : origin(centers.low) {
+    Binning(const Box& centers, std::uint32_t references)
+        : origin(centers.low), bins(references <= kFewReferences ? kFewBins : kBins) {
         for (int a = 0; a < 3; ++a) {
             const float extent = centers.high[a] - centers.low[a];
-            const float s = float(kBins) * 0.9999f / extent;
+            const float s = float(bins) * 0.9999f / extent;
             scale[a] = extent > 0 && s < std::numeric_limits<float>::infinity() ? s : 0.f;
         }
     }
     std::uint32_t bin(glm::vec3 c, int axis) const {
-        return std::min(std::uint32_t((c[axis] - origin[axis]) * scale[axis]), kBins - 1);
+        return std::min(std::uint32_t((c[axis] - origin[axis]) * scale[axis]), bins - 1);
     }
 };
 
@@ -142,7 +146,7 @@ class Splitter {
     }
 
     Choice choose(const Range& r) const {
-        const Binning binning(centerBox(r));
+        const Binning binning(centerBox(r), r.end - r.begin);
         std::array<AxisBins, 3> bins;
         for (std::uint32_t i = r.begin; i < r.end; ++i) {
             const Reference& ref = references_[i];
@@ -156,29 +160,34 @@ class Splitter {
         Choice best;
         for (int axis = 0; axis < 3; ++axis)
             if (binning.scale[axis] > 0)
-                sweep(bins[axis], axis, best);
+                sweep(bins[axis], binning.bins, axis, best);
         return best;
     }
 
     // Cost of splitting before each bin: area times references, summed over both sides.
-    static void sweep(const AxisBins& bins, int axis, Choice& best) {
+    static void sweep(const AxisBins& bins, std::uint32_t count, int axis, Choice& best) {
         std::array<Box, kBins> rightBox;
         std::array<std::uint32_t, kBins> rightCount;
         Box box;
-        std::uint32_t count = 0;
-        for (std::uint32_t b = kBins; b-- > 1;) {
-            box.grow(bins[b].box);
+        std::uint32_t inside = 0;
+        for (std::uint32_t b = count; b-- > 1;) {
+            if (bins[b].count > 0) {
+                box.grow(bins[b].box);
+                inside += bins[b].count;
+            }
             rightBox[b] = box;
-            rightCount[b] = count += bins[b].count;
+            rightCount[b] = inside;
         }
         box = {};
-        count = 0;
-        for (std::uint32_t b = 1; b < kBins; ++b) {
+        inside = 0;
+        for (std::uint32_t b = 1; b < count; ++b) {
+            if (bins[b - 1].count == 0)
+                continue; // the same split as before this bin
             box.grow(bins[b - 1].box);
-            count += bins[b - 1].count;
-            if (count == 0 || rightCount[b] == 0)
-                continue;
-            const float cost = box.halfArea() * float(count) + rightBox[b].halfArea() * float(rightCount[b]);
+            inside += bins[b - 1].count;
+            if (rightCount[b] == 0)
+                break;
+            const float cost = box.halfArea() * float(inside) + rightBox[b].halfArea() * float(rightCount[b]);
             if (cost < best.cost)
                 best = {axis, b, cost, box, rightBox[b]};
         }
@@ -193,7 +202,7 @@ class Splitter {
         if (r.depth + std::bit_width(n) < gpu::kMaxBvhDepth)
             best = choose(r);
         if (best.axis >= 0) {
-            const Binning binning(centerBox(r));
+            const Binning binning(centerBox(r), r.end - r.begin);
             const auto isLeft = [&](const Reference& x) { return binning.bin(center(x), best.axis) < best.bin; };
             middle = std::uint32_t(std::partition(first + r.begin, first + r.end, isLeft) - first);
             left.box = best.left;

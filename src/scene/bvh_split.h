@@ -27,12 +27,12 @@ struct Box {
     }
 };
 
-// A thing to be placed in the tree; `item` is what it stands for.
+// A thing to be placed in the tree; `item` is what it stands for, `triangles` how many it holds.
 struct Reference {
     glm::vec3 low;
     std::uint32_t item;
     glm::vec3 high;
-    std::uint32_t unused;
+    std::uint32_t triangles;
 };
 
 // An inner node over references [begin, end): its children are [begin, middle) and [middle, end). Of a node in slot s the left child

@@ -19,6 +19,11 @@ namespace fs = std::filesystem;
 const std::string kBox = CMPG_SOURCE_DIR "/scenes/box/scene.gltf"; // painting.baseColor has 64x64 texels
 const std::string kPainting = "painting.baseColor";
 
+// Byte for byte; an expectation of equality would print the files.
+bool sameBytes(const std::string& a, const std::string& b) {
+    return a == b;
+}
+
 // Runs with a small image and few samples; expects success.
 nlohmann::json run(std::vector<std::string> arguments) {
     for (const char* a : {"--headless", "--json", "--width", "32", "--height", "24", "--max-depth", "4"})
@@ -68,10 +73,10 @@ TEST(ProgramRender, RunJsonReproducesTheRun) {
     const auto again = runProgram({"--config", config, "--quiet", "-o", folder / "again/b.exr"});
     EXPECT_EQ(again.code, 0) << again.err;
     EXPECT_EQ(again.out, "");
-    EXPECT_EQ(readText(folder / "again/b.exr"), first); // byte for byte
-    EXPECT_EQ(readText(folder / "again/run.json"), readText(config));
+    EXPECT_TRUE(sameBytes(readText(folder / "again/b.exr"), first));
+    EXPECT_TRUE(sameBytes(readText(folder / "again/run.json"), readText(config)));
     EXPECT_EQ(runProgram({"--config", config, "--seed", "8", "-o", folder / "again/c.exr"}).code, 0);
-    EXPECT_NE(readText(folder / "again/c.exr"), first);
+    EXPECT_FALSE(sameBytes(readText(folder / "again/c.exr"), first));
 }
 
 TEST(ProgramRender, SetTakesNumbersAndFilesAlike) {
@@ -80,8 +85,8 @@ TEST(ProgramRender, SetTakesNumbersAndFilesAlike) {
     run({"render", kBox, "-o", folder / "a.exr", "--spp", "2", "--set", kPainting + "=0.25"});
     run({"render", kBox, "-o", folder / "b.exr", "--spp", "2", "--set", "paint*.baseColor=" + folder / "v.exr"});
     run({"render", kBox, "-o", folder / "c.exr", "--spp", "2"});
-    EXPECT_EQ(readText(folder / "a.exr"), readText(folder / "b.exr"));
-    EXPECT_NE(readText(folder / "a.exr"), readText(folder / "c.exr"));
+    EXPECT_TRUE(sameBytes(readText(folder / "a.exr"), readText(folder / "b.exr")));
+    EXPECT_FALSE(sameBytes(readText(folder / "a.exr"), readText(folder / "c.exr")));
     writeExr(folder / "small.exr", Image(8, 8, 3, 0.25f));
     EXPECT_EQ(runProgram({"render", kBox, "-o", folder / "d.exr", "--set", kPainting + "=" + folder / "small.exr"}).code, 3);
     EXPECT_EQ(runProgram({"render", kBox, "-o", folder / "d.exr", "--set", kPainting + "=1.5"}).code, 2);
@@ -103,17 +108,20 @@ TEST(ProgramGradient, DirectionsAreLinear) {
     for (const float v : one.values)
         largest = std::max(largest, std::abs(double(v)));
     ASSERT_GT(largest, 0);
+    double selfError = 0, fileError = 0;
     for (std::size_t i = 0; i < one.values.size(); ++i) {
-        EXPECT_NEAR(self.values[i], 0.5f * one.values[i], 1e-5 * largest); // every value is 0.5
-        EXPECT_NEAR(file.values[i], -2 * one.values[i], 1e-5 * largest);
+        selfError = std::max(selfError, std::abs(double(self.values[i] - 0.5f * one.values[i]))); // every value is 0.5
+        fileError = std::max(fileError, std::abs(double(file.values[i] + 2 * one.values[i])));
     }
+    EXPECT_LE(selfError, 1e-5 * largest); // the same random numbers, so only rounding
+    EXPECT_LE(fileError, 1e-5 * largest);
 }
 
 TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
     const test::TemporaryFolder folder;
     run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});
-    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.*o*", "--target", folder / "t.exr", "--loss", "l1",
-                           "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
+    const auto json = run({"gradient", kBox, "--param", kPainting, "--param", "white.b*", "--param", "white.rough*", "--target",
+                           folder / "t.exr", "--loss", "l1", "--set", kPainting + "=0.5", "--spp", "4", "-o", folder / "g"});
     EXPECT_EQ(json.at("loss").size(), 1u);
     EXPECT_GT(json.at("loss")[0], 0);
     EXPECT_GT(json.at("seconds").at("primal"), 0);
@@ -144,11 +152,15 @@ TEST(ProgramGradient, CheckAgrees) {
 
 TEST(ProgramOptimize, WritesItsFolder) {
     const test::TemporaryFolder folder;
-    run({"render", kBox, "-o", folder / "t.exr", "--spp", "16"});
+    run({"render", kBox, "-o", folder / "t.exr", "--spp", "64"});
     const auto json = run({"optimize", kBox, "--param", "white.baseColor", "--set", "white.baseColor=0.4", "--target", folder / "t.exr",
-                           "--steps", "12", "--spp", "8", "--rate", "0.05", "-o", folder / "out"});
-    ASSERT_EQ(json.at("loss").size(), 12u);
-    EXPECT_LT(json.at("loss")[11].get<double>(), 0.5 * json.at("loss")[0].get<double>());
+                           "--steps", "20", "--spp", "8", "--rate", "0.04", "-o", folder / "out"});
+    ASSERT_EQ(json.at("loss").size(), 20u);
+    // At so few samples the edge of the lamp rules the loss; the parameter itself tells. It starts 0.28 to 0.33 away.
+    const float truth[] = {0.73f, 0.71f, 0.68f};
+    const Image recovered = readImage(folder / "out/parameters/white.baseColor.exr").image;
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(recovered.values[c], truth[c], 0.12) << c;
     for (const char* name : {"loss.csv", "loss.svg", "run.json", "contact_sheet.png", "scene.gltf", "parameters/white.baseColor.exr",
                              "target.exr", "initial.exr", "final.exr"})
         EXPECT_TRUE(fs::exists(folder / "out/" + name)) << name;

@@ -32,7 +32,7 @@ TEST(Sobol, ProjectionsAreNets) {
     for (int m = 4; m <= 12; m += 2) {
         for (int x = 0; x < 4; ++x) {
             for (int y = x + 1; y < 4; ++y) {
-                expectNet(m, kQuality[x][y], x, y, [&](std::uint32_t i) { return library.unitInterval(library.sobolPoint(i)); });
+                expectNet(m, kQuality[x][y], x, y, [&](std::uint32_t i) { return library.unitInterval(glm::bitfieldReverse(library.sobolDigits(i))); });
                 for (const glm::uvec4& key : kKeys) {
                     expectNet(m, kQuality[x][y], x, y, [&](std::uint32_t i) { return library.sobolSet(i, key); });
                     // Later blocks of a pass are nets as well.
@@ -133,7 +133,7 @@ TEST(Sobol, SetsAreIndependentOfEachOther) {
         double product = 1;
         for (std::uint32_t set = 0; set < 2; ++set) {
             const std::uint32_t seed = 4 * key.pixel + 2 * set, index = trulyNested(library, key.sampleIndex, kBits, seed);
-            product *= trulyNested(library, library.sobolPoint(index).x >> 8, 24, seed + 1) * 0x1p-24 - 0.5;
+            product *= trulyNested(library, glm::bitfieldReverse(library.sobolDigits(index)).x >> 8, 24, seed + 1) * 0x1p-24 - 0.5;
         }
         return product;
     });

@@ -11,7 +11,7 @@ def smith(c, a2):
 class GltfBsdf(mi.BSDF):
     """Two-sided reflection; `normal` is a texture of decoded tangent-space vectors, absent where there is no normal map."""
 
-    slots = {"baseColor": None, "roughness": None, "metallic": None, "specular": None, "normal": None}
+    slots = ("baseColor", "roughness", "metallic", "specular", "normal")
 
     def __init__(self, props):
         super().__init__(props)

@@ -30,19 +30,20 @@ from mitsuba_scene import Translation
 gltf_bsdf.register()
 
 SIZE, SEEDS = 64, 16
-# Scene: samples per pixel and seed, then the derivatives worth having there: (parameter, direction or "reverse").
+# Scene: samples per pixel and seed, then the derivatives worth having there: (parameter, direction or "reverse"), and by what
+# factor a noisy one needs more samples.
 JOBS = {
     "box": (48, [("painting.baseColor", "one"), ("white.baseColor", "one"), ("light.emission", "self"),
                  ("painting.baseColor", "reverse"), ("left.baseColor", "reverse")]),
     "door": (192, [("painting.baseColor", "one"), ("painting.baseColor", "reverse")]),
-    "bowl": (64, [("table.baseColor", "one"), ("bowl.baseColor", "self"), ("bowl.roughness", "one"),
-                   ("table.baseColor", "reverse"), ("bowl.roughness", "reverse")]),
-    "environment": (48, [("painting.baseColor", "one"), ("environment.radiance", "self"), ("ball.roughness", "one"),
-                         ("painting.baseColor", "reverse"), ("environment.radiance", "reverse")]),
-    "materials": (48, [("varied.baseColor", "one"), ("varied.roughness", "one"), ("varied.metallic", "one"),
-                       ("varied.specular", "one"), ("wavy.normal", "one"), ("plastic.specular", "self"), ("half.metallic", "one"),
-                       ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse"),
-                       ("wavy.normal", "reverse"), ("lamp.emission", "reverse"), ("half.metallic", "reverse")]),
+    "bowl": (96, [("table.baseColor", "one"), ("bowl.baseColor", "self"), ("bowl.roughness", "one", 4),
+                  ("table.baseColor", "reverse"), ("bowl.roughness", "reverse", 4)]),
+    "environment": (64, [("painting.baseColor", "one"), ("environment.radiance", "self"), ("steel.baseColor", "one"),
+                         ("ball.specular", "self"), ("painting.baseColor", "reverse"), ("environment.radiance", "reverse")]),
+    "materials": (32, [("varied.baseColor", "one"), ("varied.roughness", "one", 6), ("varied.metallic", "one"),
+                       ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
+                       ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
+                       ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
 }
 
 
@@ -102,13 +103,14 @@ class Gradient:
         self.set(value)
         image = mi.render(self.scene, self.parameters, integrator=self.integrator, spp=spp, seed=seed)
         dr.backward(dr.sum(image * mi.TensorXf(weights.astype(np.float32)), axis=None))
-        result = np.array(dr.grad(self.parameters[self.key])) * self.unit
+        result = np.array(dr.grad(value)) * self.unit
         self.set(type(self.base)(self.base))
         if result.ndim < 3:  # a constant
             result = result.reshape(1, 1, -1)
-        if self.environment:  # the last column repeats the first so that Mitsuba's look-up wraps
-            result[:, 0] += result[:, -1]
-            result = result[:, :-1]
+        if self.environment:  # Mitsuba's array wraps: a copy of the last column before the first, of the first after the last
+            result[:, 1] += result[:, -1]
+            result[:, -2] += result[:, 0]
+            result = result[:, 1:-1]
         return result
 
 
@@ -122,9 +124,10 @@ def main():
     made["mitsuba"], made["size"] = mi.__version__, SIZE
     weights = adjoint().astype(np.float32)
     write_exr("adjoint.exr", weights)
-    for scene, (spp, derivatives) in JOBS.items():
+    for scene, (base_spp, derivatives) in JOBS.items():
         translation = None
-        for parameter, kind in [(None, "image")] + derivatives:
+        for parameter, kind, *factor in [(None, "image")] + derivatives:
+            spp = base_spp * (factor[0] if factor else 1)
             name = f"{scene}_{'image' if parameter is None else f'{parameter}_{kind}'}"
             if options.only not in name:
                 continue

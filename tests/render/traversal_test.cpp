@@ -172,7 +172,7 @@ TEST(Traversal, RaysDoNotSlipBetweenNeighbours) {
 }
 
 // lavapipe stops all loops of a subgroup, silently, after 65 535 iterations. Rays along a soup of large overlapping triangles, aimed
-// at gaps so that nothing ends them early, meet thousands of records each; 32 of them share a subgroup.
+// at gaps so that nothing ends them early, take up to 30 000 iterations for the 32 rays that share a subgroup.
 TEST(Traversal, LoopCapIsNotMet) {
     Geometry g = generated::soup(100'000, 0.3f, 9);
     // Flattened to many thin layers: a ray between two layers passes the boxes of very many triangles and hits few.
