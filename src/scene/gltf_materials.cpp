@@ -117,9 +117,9 @@ void MaterialLoader::addAlphaTexture(Material& material, const TextureInfo& info
 void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {
     const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
     const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
-    const std::string position = std::to_string(index);
+    const std::string ordinal = std::to_string(index);
     Material material;
-    material.name = uniqueName(source.name.empty() ? "material" + position : source.name, names_);
+    material.name = uniqueName(source.name.empty() ? "material" + ordinal : source.name, names_);
 
     const glm::vec4 baseColor = vec(pbr.baseColorFactor, glm::vec4(1));
     fill(slot(material, SlotKind::BaseColor, 3, glm::vec3(baseColor)), pbr.baseColorTexture,
@@ -135,7 +135,7 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     const float strength = real(member(extension(source.extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
     const glm::vec3 emission = glm::max(vec(source.emissiveFactor, glm::vec3(0)), 0.0f) * strength;
     if (!(glm::compMax(emission) <= kBrightest))
-        load_.document.at("materials[" + position + "].emissiveFactor").fail("times its strength is too large a number");
+        load_.document.at("materials[" + ordinal + "].emissiveFactor").fail("times its strength is too large a number");
     fill(slot(material, SlotKind::Emission, 3, emission), source.emissiveTexture, {.color = true, .scale = emission});
     const auto s = float(source.normalTexture.scale);
     Parameter& normals = slot(material, SlotKind::Normal, 3, glm::vec3(0, 0, 1));
