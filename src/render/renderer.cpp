@@ -49,6 +49,16 @@ glm::vec2 fixedPointScale(double magnitude, double& unit) {
     return {std::ldexp(1.0f, k / 2), std::ldexp(1.0f, k - k / 2)};
 }
 
+// Decoding 8-bit texels at every look-up costs more than reading floats; only large textures nobody changes stay packed.
+constexpr std::size_t kPackedTexels = std::size_t(1) << 20;
+
+Scene& unpackSmallTextures(Scene& scene) {
+    for (Parameter& p : scene.parameters)
+        if (std::size_t(p.width) * p.height < kPackedTexels)
+            p.materialise();
+    return scene;
+}
+
 } // namespace
 
 struct Renderer::Impl {
@@ -64,7 +74,7 @@ struct Renderer::Impl {
     bool frozen = false;
 
     Impl(Device& d, Scene& s, const RenderConfig& c)
-        : device(d), scene(s), config(c),
+        : device(d), scene(unpackSmallTextures(s)), config(c),
           features(c.allFeatures ? allFeatures(s, c.differentiable, c.lightSampling) : analyse(s, c.differentiable, c.lightSampling)),
           buffers(d, s, features, c.differentiable, c.frozenEvaluation) {}
 

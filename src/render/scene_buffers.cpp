@@ -38,9 +38,6 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
         gradientOffsets_.push_back(gradientEntries_);
         gradientEntries_ += scene_.parameters[p].entries();
     }
-    for (Parameter& p : scene_.parameters)
-        if (p.entries() == p.channels || p.kind == SlotKind::Radiance)
-            p.materialise();
     bvh_ = buildBvh(scene_.geometry);
     uploadGeometry(device);
     layOutValues(device);

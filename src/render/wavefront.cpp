@@ -13,7 +13,9 @@ namespace {
 using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
-constexpr std::uint32_t kMaxCapacity = 1u << 18; // more brings nothing and leaves the caches; far below 65 535 workgroups of 64
+// Paths of a batch at most. On a CPU the pools should stay near its caches (measured: 2^16 is 10 % faster than 2^18); a GPU wants work for all
+// its units. Both are far below 65 535 workgroups of 64.
+constexpr std::uint32_t kMaxCapacityCpu = 1u << 16, kMaxCapacityGpu = 1u << 20;
 
 struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
@@ -40,7 +42,7 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
     : maxDepth(depth), layers(withLayers) {
     const PathBytes b = pathBytes(features, modes, layers);
     const std::uint64_t perPath = b.batch + depth * b.bounce;
-    std::uint64_t fits = std::min<std::uint64_t>(budget / perPath, kMaxCapacity);
+    std::uint64_t fits = std::min<std::uint64_t>(budget / perPath, device.info().type == "cpu" ? kMaxCapacityCpu : kMaxCapacityGpu);
     // Every pool is bound whole, so none may exceed what a binding reaches.
     const std::uint64_t widest = std::max<std::uint64_t>({4 * b.tapeWords, sizeof(gpu::Vertex), 1});
     fits = std::min(fits, device.info().maxStorageBufferRange / widest);
