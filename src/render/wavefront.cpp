@@ -87,7 +87,7 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
 
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
     const auto constants = features.constants(pass);
-    const std::array<std::uint32_t, 2> trace{pass.threads, 1};
+    const auto trace = features.traceConstants(pass.threads, true);
     generate_ = Kernel(device, "generate_rays", constants);
     prepare_ = Kernel(device, "prepare_dispatch");
     trace_ = Kernel(device, "trace_closest", trace);
