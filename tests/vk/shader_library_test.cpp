@@ -205,9 +205,9 @@ TEST_F(Lookups, EnvironmentCells) {
         const LookupQuery& q = queries[i];
         const LookupResult& r = results[i];
         const glm::dvec2 uv = library.environmentUv(glm::dvec3(q.direction)), difference = glm::abs(glm::dvec2(r.environmentUv) - uv);
-        // Arc tangents of a device are less exact than C++'s: a five-hundredth of a texel of a map 2048 wide.
-        ASSERT_LE(std::min(difference.x, 1 - difference.x) * std::hypot(q.direction.x, q.direction.z), 1e-6) << i;
-        ASSERT_LE(difference.y, 1e-6) << i;
+        // Arc tangents of a device are less exact than C++'s: a fiftieth of a texel of a map 2048 wide.
+        ASSERT_LE(std::min(difference.x, 1 - difference.x) * std::hypot(q.direction.x, q.direction.z), 1e-5) << i;
+        ASSERT_LE(difference.y, 1e-5) << i;
         const glm::vec2 inside = q.uv - glm::floor(q.uv); // exact in float up to its last digit
         const glm::uvec2 cell = library.environmentCell(glm::dvec2(inside), q.width, q.height);
         ASSERT_LT(r.cell.x, q.width);
@@ -216,7 +216,8 @@ TEST_F(Lookups, EnvironmentCells) {
         const double solidAngle = library.environmentCellSolidAngle(r.cell.y, q.width, q.height);
         ASSERT_NEAR(r.cellSolidAngle, solidAngle, 2e-6 * solidAngle) << i;
         const glm::dvec3 direction = library.sampleEnvironmentCell(r.cell, q.width, q.height, glm::dvec2(inside));
-        ASSERT_LE(glm::length(glm::dvec3(r.cellSample) - direction), 3e-6) << i;
+        ASSERT_NEAR(r.cellSample.y, direction.y, 1e-6) << i;
+        ASSERT_LE(glm::length(glm::dvec3(r.cellSample) - direction), 5e-4) << i; // the 2^-11 Vulkan allows a sine
     }
     EXPECT_LE(neighbours, kCount / 2000); // within rounding of a cell's edge
 }
