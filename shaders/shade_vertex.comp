@@ -11,6 +11,7 @@
 #include "scene/geometry.glsl"
 #include "scene/slots.glsl"
 #include "scene/materials.glsl"
+#include "scene/alpha_mask.glsl"
 #include "scene/environment.glsl"
 #include "scene/lights.glsl"
 #include "scene/tape_planes.glsl"

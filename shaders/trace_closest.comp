@@ -3,8 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
-
-#define CMPG_ACCEPT_ALL
+#include "scene/trace_masks.glsl"
 #include "lib/traverse.glsl"
 
 layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };

@@ -3,8 +3,8 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
+#include "scene/trace_masks.glsl"
 
-#define CMPG_ACCEPT_ALL
 #define CMPG_ANY_HIT
 #include "lib/traverse.glsl"
 

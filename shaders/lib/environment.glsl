@@ -35,8 +35,8 @@ uvec2 environmentCell(vec2 uv, uint width, uint height) {
 // Steradians of a cell of this row. 2 sin sin instead of a difference of cosines: no cancellation in thin rows.
 float environmentCellSolidAngle(uint row, uint width, uint height) {
     float step = kPi / float(height - 1u);
-    float middle = (float(row) + 0.5) * step;
-    return 2.0 * kPi / float(width) * 2.0 * sin(middle) * sin(0.5 * step);
+    float middle = (float(min(row, height - 2u - row)) + 0.5) * step; // both hemispheres are alike
+    return 2.0 * kPi / float(width) * 2.0 * accurateSin(middle) * accurateSin(0.5 * step);
 }
 
 // A direction uniform in the solid angle of the cell.
@@ -45,11 +45,13 @@ vec3 sampleEnvironmentCell(uvec2 cell, uint width, uint height, vec2 u) {
     float top = 0.5 * step * float(cell.y); // half polar angles
     float bottom = top + 0.5 * step;
     // 1 - cos = 2 sin^2 of half the angle: relative accuracy at both poles.
-    float s2 = mix(square(sin(top)), square(sin(bottom)), u.y);
-    float c2 = mix(square(cos(top)), square(cos(bottom)), u.y);
+    float s2 = mix(square(accurateSin(top)), square(accurateSin(bottom)), u.y);
+    float c2 = mix(square(accurateSin(0.5 * kPi - top)), square(accurateSin(max(0.5 * kPi - bottom, 0.0))), u.y);
     float r = 2.0 * sqrt(s2 * c2);
-    float phi = 2.0 * kPi * (float(cell.x) + 0.5 + u.x) / float(width);
-    return vec3(r * sin(phi), c2 - s2, -r * cos(phi));
+    // Half a turn less, for sin() and cos() promise nothing beyond [-pi, pi].
+    float turn = (float(cell.x) + 0.5 + u.x) / float(width);
+    float phi = 2.0 * kPi * (turn > 1.0 ? turn - 1.5 : turn - 0.5);
+    return vec3(-r * sin(phi), c2 - s2, r * cos(phi));
 }
 
 #endif

@@ -15,6 +15,13 @@ float meanComponent(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
 float luminance(vec3 v) { return 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z; } // Rec. 709 primaries
 float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
 
+// sin(x) for x in [0, pi/2], to 1e-7 of itself. Vulkan lets sin() be off by 2^-11, and drivers use that: of a small angle nothing may
+// be left. The series' next term is 6e-8.
+float accurateSin(float x) {
+    float y = x * x;
+    return x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * (1.0 - y / 110.0)))));
+}
+
 // Two unit vectors that make a right-handed frame (x, y, n) with the unit vector n.
 // Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
 void orthonormalFrame(vec3 n, OUT(vec3) x, OUT(vec3) y) {

@@ -2,11 +2,12 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
+#include "shared/features.h"
 #include "shared/swizzle.h"
 #include "shared/wavefront.h"
 
-layout(constant_id = 0) const uint kDriverThreads = 1u; // threads that run contiguous ranges of workgroups
-layout(constant_id = 1) const bool kRefill = false;     // lanes that have finished take new rays before the others have
+layout(constant_id = kTraceThreads) const uint kDriverThreads = 1u; // threads that run contiguous ranges of workgroups
+layout(constant_id = kTraceRefill) const bool kRefill = false;
 
 // lavapipe ends all loops of a subgroup, silently, after 65 535 iterations of any of them. Stopping before that keeps the loss visible.
 const uint kMaxIterations = 60000u;

@@ -1,6 +1,6 @@
 // Closest-hit and any-hit traversal of Bvh::records. The including kernel includes lib/trace_queue.glsl, defines, before this file,
-//     bool acceptHit(uint triangle, vec2 barycentrics)   // false: the triangle is cut out here (alpha mask)
-// or CMPG_ACCEPT_ALL in its place, and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
+//     kAlphaMask, a bool constant, and, asked only with it, bool isCutOut(uint triangle, vec2 barycentrics)
+// (shaders/scene/trace_masks.glsl), and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
 //
 // A step reads one record. Steps at box nodes and at leaf blocks are separate functions, because a CPU driver executes both sides
 // of every branch: walk loops over each kind.
@@ -68,16 +68,14 @@ void identify(uint block, vec2 weights, out uint triangle, out vec2 barycentrics
     barycentrics = unturn(weights, r3.y >> (4u * (block & 1u)));
 }
 
-#ifdef CMPG_ACCEPT_ALL
-bool acceptBlock(uint block, vec2 weights) { return true; }
-#else
 bool acceptBlock(uint block, vec2 weights) {
+    if (!kAlphaMask)
+        return true;
     uint triangle;
     vec2 barycentrics;
     identify(block, weights, triangle, barycentrics);
-    return acceptHit(triangle, barycentrics);
+    return !isCutOut(triangle, barycentrics);
 }
-#endif
 
 // Normal of the triangle with these edges. The side is made perpendicular to the diagonal first: the product of a needle's nearly
 // parallel edges would be mostly rounding.

@@ -1,5 +1,5 @@
 // Light sampling: one light by its selection probability, one point or direction on it.
-// Expects lightTexel(), lightDensity() and what geometry.glsl, materials.glsl and environment.glsl expect.
+// Expects lightTexel(), lightDensity() and what geometry.glsl, materials.glsl, alpha_mask.glsl and environment.glsl expect.
 
 struct LightSample {
     vec3 direction; // unit, towards the light
@@ -51,6 +51,7 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
         const float cosLight = -dot(normalize(cross(e1, e2)), s.direction);
         s.material = triangleIndices(head.y).w;
         s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
+        if (kAlphaMask && isCutOut(head.y, b)) s.density = 0.0; // a hole emits nothing
     } else if (kEnvironmentLight && head.x == kLightEnvironment) {
         s.direction = sampleEnvironment(scene.environment, u.yz, s.uv0, s.density);
         s.distance = scene.environmentDistance;

@@ -29,14 +29,14 @@ vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale) {
 }
 
 // `value`: derivative of the three channels with respect to one number read through `a`.
-vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach) {
+vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach, vec2 scale) {
     value = finiteDerivative(value);
     float along = 0.0;
     const float g = dot(reach, value);
     for (uint k = 0; k < 4; ++k) {
         if (a.texels.weight[k] == 0.0) continue;
         const uint entry = a.gradient + stride * a.texels.index[k] + component;
-        if (kReverse) addGradient(entry, a.texels.weight[k] * g, batch.surfaceScale);
+        if (kReverse) addGradient(entry, a.texels.weight[k] * g, scale);
         else along += a.texels.weight[k] * directionAt(entry);
     }
     return value * along;
@@ -55,15 +55,19 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
         sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible), reach,
                          batch.surfaceScale);
     if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible), 1, 0, reach);
+        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible), 1, 0,
+                          reach, batch.surfaceScale);
     if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible), 1, 0, reach);
+        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible), 1, 0,
+                          reach, batch.surfaceScale);
     if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible), 1, 0, reach);
+        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible), 1, 0,
+                          reach, batch.surfaceScale);
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);
         for (uint c = 0; c < 3; ++c)
-            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible), 3, c, reach);
+            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible), 3, c, reach,
+                              batch.normalScale);
     }
     return sum;
 }

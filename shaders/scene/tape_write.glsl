@@ -37,7 +37,9 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 wo, vec3 wi, OUT
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         // n = frame t / |t|: df/dt = (1 - t t^T / |t|^2) frame^T df/dn / |t|.
         const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, kFrozen ? scene.frozenTexels : 0);
-        const float inverseLength = inversesqrt(max(dot(raw, raw), 1e-20));
+        // Shorter vectors are replaced by the surface's own normal, which does not depend on them (surfaceMaterial).
+        const float length2 = dot(raw, raw);
+        const float inverseLength = length2 > 1e-20 ? inversesqrt(length2) : 0.0;
         const vec3 t = raw * inverseLength;
         const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
         const mat3 frame = tangentFrame(p, second);

@@ -17,6 +17,7 @@ struct Batch {
     uint width, height;
     // Gradient sums are integers in units of 2^-k, x y = 2^k (two factors, since 2^k may exceed what a float holds).
     vec2 surfaceScale; // of slots that scatter
+    vec2 normalScale; // of normals: their derivatives grow as the stored vectors get shorter
     vec2 emissionScale; // of slots that emit
 
     // A ray through image-plane point (x, y) in [-1,1]^2, y up: origin + (x right + y up) with direction `forward` when orthographic,

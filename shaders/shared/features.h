@@ -27,6 +27,15 @@ CMPG_CONST kFeatureMaxDepth = 19;
 CMPG_CONST kFeatureThreads = 20; // threads of a CPU driver's static work split, 1 on a GPU
 CMPG_CONST kFeatureCount = 21;
 
+// The tracing kernels have a list of their own: FeatureSet::traceConstants().
+CMPG_CONST kTraceThreads = 0; // as kFeatureThreads
+CMPG_CONST kTraceRefill = 1; // lanes that have finished take new rays before the others have
+CMPG_CONST kTraceAlphaMask = 2; // as kFeatureAlphaMask; the rest matters only with it
+CMPG_CONST kTraceAttributeTexels = 3; // vec4s a vertex
+CMPG_CONST kTraceTexcoord1 = 4;
+CMPG_CONST kTraceColors = 5;
+CMPG_CONST kTraceCount = 6;
+
 CMPG_CONST kModeRender = 0;
 CMPG_CONST kModeForward = 1;
 CMPG_CONST kModeReverse = 2;

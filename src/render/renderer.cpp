@@ -16,6 +16,8 @@ using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
 
 constexpr std::uint32_t kPilotSize = 32;  // edge of the pilot image that fixes the scale of the gradient sums
 constexpr double kGradientBits = 48;      // gradient unit = 2^-48 of the pass's expected sum of magnitudes; 2^14 of headroom above it
+constexpr double kCoarsening = 0x1p16;    // of the units when the headroom was too little, and the pass is run again
+constexpr int kCoarsenings = 3;           // at most: what is larger still has overflowed as a float
 
 struct PassInput {
     View view;
@@ -25,7 +27,7 @@ struct PassInput {
     std::span<const std::uint32_t> perPixel;
     const Image* adjoint = nullptr;
     std::span<const float> weights;
-    glm::vec2 surfaceScale{1}, emissionScale{1};
+    glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
 };
@@ -101,8 +103,9 @@ struct Renderer::Impl {
         return w;
     }
 
-    // Calls receive(pixel, film, layers) for every pixel, in order, when `film`.
-    template <class Receive> void run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
+    // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
+    // gradient sums.
+    template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
         Wavefront& w = wavefront(mode, layers);
         Commands commands(device);
         w.record(commands, buffers, *pools, film);
@@ -127,6 +130,7 @@ struct Renderer::Impl {
             batch.width = in.width;
             batch.height = in.height;
             batch.surfaceScale = in.surfaceScale;
+            batch.normalScale = in.normalScale;
             batch.emissionScale = in.emissionScale;
             placeCamera(batch, in.view);
             offsets.clear();
@@ -184,7 +188,7 @@ struct Renderer::Impl {
             carry = split ? tile.back() : gpu::FilmPixel{};
             layerCarry = split && layers ? layerTile.back() : gpu::LayerSample{};
         }
-        countDropped();
+        return countDropped();
     }
 
     void countRays() {
@@ -194,13 +198,14 @@ struct Renderer::Impl {
             statistics.rays += std::uint64_t(c.rays) + c.shadowRays;
     }
 
-    void countDropped() {
+    std::uint32_t countDropped() {
         auto counters = pools->statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
         statistics.dropped["non-finite radiance"] += counters[gpu::kDroppedRadiance];
         statistics.dropped["non-finite derivative"] += counters[gpu::kDroppedDerivative];
-        statistics.dropped["saturated gradient"] += counters[gpu::kSaturatedGradient];
+        const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
         std::fill(counters.begin(), counters.end(), 0u);
         pools->statistics.uploadAll(counters);
+        return tooLarge;
     }
 
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
@@ -228,6 +233,21 @@ struct Renderer::Impl {
             layers->depth.values[pixel] = l.depth / hits;
         });
         return result;
+    }
+
+    // Length of the shortest vector of the differentiable normals, by whose inverse their derivatives grow; at most 1, and not so short
+    // that a few texels near zero cost the others' accuracy.
+    double shortestNormal() const {
+        double shortest2 = 1;
+        for (const std::uint32_t i : config.differentiable) {
+            const Parameter& p = scene.parameters[i];
+            if (p.kind == SlotKind::Normal)
+                for (std::size_t k = 0; k + 2 < p.values.size(); k += 3) {
+                    const glm::dvec3 t(p.values[k], p.values[k + 1], p.values[k + 2]);
+                    shortest2 = std::min(shortest2, glm::dot(t, t));
+                }
+        }
+        return std::max(std::sqrt(shortest2), 0x1p-10);
     }
 
     // Mean radiance of a coarse image of the view: the same whatever the batches, the budget or the driver.
@@ -305,21 +325,31 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     double adjointSum = 0;
     for (const float a : adjoint.values)
         adjointSum += std::abs(double(a)) / 3;
-    double surfaceUnit = 1, emissionUnit = 1;
-    in.surfaceScale = fixedPointScale(adjointSum * radiance, surfaceUnit);
-    in.emissionScale = fixedPointScale(adjointSum, emissionUnit);
+    const double normalGrowth = 1 / r.shortestNormal();
+    double surfaceUnit = 1, normalUnit = 1, emissionUnit = 1;
 
     const std::uint64_t entries = r.buffers.gradientEntries();
     const std::vector<std::int64_t> zeros(std::min<std::uint64_t>(entries, 1u << 20), 0);
-    for (std::uint64_t at = 0; at < entries; at += zeros.size())
-        r.pools->gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
-    r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
+    // The expectation can be far too small: a black scene has derivatives and no radiance. Then units get coarser until sums fit.
+    double coarseness = 1;
+    for (int attempt = 0;; ++attempt, coarseness *= kCoarsening) {
+        in.surfaceScale = fixedPointScale(coarseness * adjointSum * radiance, surfaceUnit);
+        in.normalScale = fixedPointScale(coarseness * adjointSum * radiance * normalGrowth, normalUnit);
+        in.emissionScale = fixedPointScale(coarseness * adjointSum, emissionUnit);
+        for (std::uint64_t at = 0; at < entries; at += zeros.size())
+            r.pools->gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
+        const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
+        if (tooLarge == 0 || attempt == kCoarsenings) {
+            r.statistics.dropped["saturated gradient"] += tooLarge;
+            break;
+        }
+    }
 
     gradients.resize(r.config.differentiable.size());
     for (std::size_t i = 0; i < gradients.size(); ++i) {
         const Parameter& p = r.scene.parameters[r.config.differentiable[i]];
         const bool emits = p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance;
-        const double unit = emits ? emissionUnit : surfaceUnit;
+        const double unit = emits ? emissionUnit : p.kind == SlotKind::Normal ? normalUnit : surfaceUnit;
         gradients[i].resize(p.entries(), 0.0);
         const auto sums = r.pools->gradients.downloadAll<std::int64_t>(p.entries(), 8 * r.buffers.gradientOffset(i));
         for (std::size_t k = 0; k < sums.size(); ++k)

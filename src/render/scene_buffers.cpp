@@ -74,7 +74,7 @@ void SceneBuffers::uploadGeometry(Device& device) {
 
     if (!features_.vertexNormals && !features_.texturedSlots && !features_.alphaMask && !features_.colors && !features_.tangents)
         return;
-    const std::size_t stride = 2 + features_.tangents + features_.colors;
+    const std::size_t stride = features_.attributeTexels();
     std::vector<glm::vec4> attributes(std::max<std::size_t>(1, g.positions.size()) * stride, glm::vec4(0));
     for (std::size_t v = 0; v < g.positions.size(); ++v) {
         glm::vec4* a = &attributes[v * stride];
@@ -127,6 +127,7 @@ void SceneBuffers::layOutValues(Device& device) {
             if (hasFrozen_)
                 writeValues(i, scene_.parameters[i].values, valueTexels_);
         }
+    alphaPlace_ = std::uint32_t(packed.size());
     for (const AlphaTexture& a : scene_.alphaTextures)
         packed.insert(packed.end(), a.alpha.begin(), a.alpha.end());
     if (!packed.empty()) {
@@ -171,9 +172,7 @@ void SceneBuffers::uploadSlots(Device& device) {
             s.packedScale = glm::vec4(p.scale, 0);
             s.packedBias = glm::vec4(p.bias, 0);
         }
-    std::uint32_t at = std::uint32_t(packed_ ? packed_.size() / 4 : 0);
-    for (std::size_t i = scene_.alphaTextures.size(); i-- > 0;)
-        at -= std::uint32_t(scene_.alphaTextures[i].alpha.size());
+    std::uint32_t at = alphaPlace_;
     for (std::size_t i = 0; i < scene_.alphaTextures.size(); ++i) {
         const AlphaTexture& a = scene_.alphaTextures[i];
         gpu::GpuSlot& s = slots[scene_.materials.size() * gpu::kSlotsPerMaterial + i];
@@ -211,7 +210,7 @@ void SceneBuffers::uploadMaterials(bool frozen) {
         out.emission = values(SlotKind::Emission);
         out.ior = m.ior;
         out.specularColor = m.specularColor;
-        out.alphaCutoff = m.alphaFactor > 0 ? m.alphaCutoff / m.alphaFactor : 2.0f;
+        out.alphaCutoff = m.alphaCutoff > 0 ? m.alphaCutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
         out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u
                             ? std::uint32_t(scene_.materials.size()) * gpu::kSlotsPerMaterial + m.alphaTexture
                             : gpu::kNone;

@@ -43,6 +43,7 @@ class SceneBuffers {
     bool hasFrozen_ = false, hasLight_ = false;
     Bvh bvh_;
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
+    std::uint32_t alphaPlace_ = 0;      // first packed texel of the alpha textures
     std::vector<std::uint64_t> gradientOffsets_;
     std::uint64_t gradientEntries_ = 0;
     std::uint32_t valueTexels_ = 0;

@@ -90,7 +90,7 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
     const auto constants = features.constants(pass);
     // Camera rays stay together; later ones end at different times, and lanes that are done take new rays.
-    const std::array<std::uint32_t, 2> together{pass.threads, 0}, trace{pass.threads, 1};
+    const auto together = features.traceConstants(pass.threads, false), trace = features.traceConstants(pass.threads, true);
     generate_ = Kernel(device, "generate_rays", constants);
     prepare_ = Kernel(device, "prepare_dispatch");
     traceCamera_ = Kernel(device, "trace_closest", together);

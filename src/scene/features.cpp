@@ -112,6 +112,17 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     return c;
 }
 
+std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, bool refill) const {
+    std::array<std::uint32_t, gpu::kTraceCount> c{};
+    c[gpu::kTraceThreads] = threads;
+    c[gpu::kTraceRefill] = refill;
+    c[gpu::kTraceAlphaMask] = alphaMask;
+    c[gpu::kTraceAttributeTexels] = attributeTexels();
+    c[gpu::kTraceTexcoord1] = texcoord1;
+    c[gpu::kTraceColors] = colors;
+    return c;
+}
+
 std::vector<std::string> FeatureSet::describe() const {
     const auto line = [](const char* name, bool on) { return std::string(name) + (on ? "  on" : "  off"); };
     std::string looked;

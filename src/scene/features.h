@@ -22,6 +22,8 @@ struct FeatureSet {
         std::uint32_t maxDepth = 8, threads = 1;
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
+    std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, bool refill) const;
+    std::uint32_t attributeTexels() const { return 2 + tangents + colors; } // vec4s a vertex
     // One line each: name, whether it is on, why.
     std::vector<std::string> describe() const;
 };

@@ -2,6 +2,7 @@
 #include "support/render_fixture.h"
 
 #include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
 
 namespace cmpg::test {
@@ -129,6 +130,51 @@ TEST(Derivative, SlotsAddUp) {
     }
     ASSERT_GT(norm, 0);
     EXPECT_LT(std::sqrt(difference / norm), 1e-5);
+}
+
+// Normals far from unit length: the derivative grows as the vector gets shorter, beyond what the units of the sums were made for, and
+// is none where the vector is zero and the surface's own normal takes its place.
+TEST(Derivative, ShortNormals) {
+    Bench s(bundledScene("box"), {"white.normal"});
+    const View view = viewOf(s.scene, 24, 24);
+    const Image adjoint(view.width, view.height, 3, 1.0f);
+    const auto gradient = [&](float length) {
+        s.renderer->setParameter(s.config.differentiable[0], std::vector<float>{0, 0, length});
+        std::vector<std::vector<double>> g;
+        s.renderer->reverse(view, 8, {3, 0, 1}, adjoint, {}, {}, g);
+        EXPECT_EQ(s.renderer->statistics().dropped.at("saturated gradient"), 0u) << length;
+        return g.at(0);
+    };
+    const auto unit = gradient(1);
+    ASSERT_GT(std::abs(unit[0]) + std::abs(unit[1]), 1);
+    for (const float length : {0x1p-8f, 0x1p-30f}) {
+        const auto g = gradient(length);
+        for (int c = 0; c < 2; ++c)
+            EXPECT_NEAR(g[c] * length, unit[c], 1e-5 * (std::abs(unit[0]) + std::abs(unit[1]))) << length;
+    }
+    EXPECT_EQ(gradient(0), std::vector<double>(3, 0.0));
+}
+
+// A black room has no radiance to tell the size of its derivatives by.
+TEST(Derivative, BrightLampInABlackRoom) {
+    Scene scene = bundledScene("box");
+    for (Parameter& p : scene.parameters)
+        if (p.kind == SlotKind::BaseColor) {
+            p.materialise();
+            std::fill(p.values.begin(), p.values.end(), 0.0f);
+        } else if (p.kind == SlotKind::Emission)
+            for (float& v : p.values)
+                v *= 1e9f;
+    scene.cameras.front().toWorld = glm::translate(glm::mat4(1), glm::vec3(0, 1, 0.5f)) * glm::rotate(glm::mat4(1), -1.5f, glm::vec3(1, 0, 0)); // at the floor
+    Bench s(std::move(scene), {"white.baseColor"});
+    const View view = viewOf(s.scene, 16, 16);
+    const Image adjoint(view.width, view.height, 3, 1.0f);
+    const double forward = 3 * 16 * 16 * meanOf(s.renderer->forward(view, 8, {3, 0, 1}, s.config.differentiable, s.ones()));
+    std::vector<std::vector<double>> g;
+    s.renderer->reverse(view, 8, {3, 0, 1}, adjoint, {}, {}, g);
+    ASSERT_GT(forward, 1e9);
+    EXPECT_NEAR(std::accumulate(g.at(0).begin(), g.at(0).end(), 0.0), forward, 1e-4 * forward);
+    EXPECT_EQ(s.renderer->statistics().dropped.at("saturated gradient"), 0u);
 }
 
 // A black albedo has a derivative: light that would be reflected if it were not black.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/bvh.h"
+#include "scene/features.h"
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
 #include "vk/device.h"
@@ -13,9 +14,10 @@ namespace cmpg::test {
 
 class Tracer {
   public:
-    Tracer(Device& device, const Bvh& bvh, bool refill)
-        : device_(device), closest_(device, "trace_closest", constants(device, refill)), shadow_(device, "trace_shadow", constants(device, refill)),
-          records_(device, "bvh", bvh.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui),
+    // `scene`: the tables of a scene whose features ask for them (alpha masks); they outlive the tracer.
+    Tracer(Device& device, const Bvh& bvh, bool refill, const FeatureSet& features = {}, const Bindings& scene = {})
+        : device_(device), scene_(scene), closest_(device, "trace_closest", features.traceConstants(device.driverThreads(), refill)),
+          shadow_(device, "trace_shadow", features.traceConstants(device.driverThreads(), refill)), records_(device, "bvh", bvh.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui),
           counts_(device, "counts", sizeof(gpu::QueueCounts), MemoryKind::Transient) {
         records_.uploadAll(bvh.records);
         warmUp(device, std::array{&closest_, &shadow_});
@@ -31,8 +33,6 @@ class Tracer {
     std::uint32_t unfinished() const { return unfinished_; } // rays the last call gave up
 
   private:
-    static std::array<std::uint32_t, 2> constants(const Device& device, bool refill) { return {device.driverThreads(), refill}; }
-
     template <class Result, class Input>
     std::vector<Result> trace(const Kernel& kernel, const std::vector<Input>& rays, std::uint32_t inputSlot, std::uint32_t resultSlot) {
         const std::uint32_t n = std::uint32_t(rays.size());
@@ -42,7 +42,7 @@ class Tracer {
         gpu::QueueCounts counts{};
         counts.rays = counts.shadowRays = n;
         counts_.uploadAll(std::vector{counts});
-        Bindings bindings;
+        Bindings bindings = scene_;
         bindings.set(gpu::kBindNodes, records_).set(gpu::kBindCounts, counts_).set(inputSlot, input).set(resultSlot, result);
         Commands commands(device_);
         const std::uint64_t groups = (n + gpu::kTraceChunk - 1) / gpu::kTraceChunk;
@@ -55,6 +55,7 @@ class Tracer {
     }
 
     Device& device_;
+    Bindings scene_;
     Kernel closest_, shadow_;
     Buffer records_, counts_;
     double seconds_ = 0;

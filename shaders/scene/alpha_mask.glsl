@@ -1,0 +1,26 @@
+// Where a material of glTF's alphaMode MASK has a hole: alpha below the cutoff.
+// Expects triangleIndices(), attributeTexel(), kAttributeTexels, kColors and what slots.glsl expects.
+
+bool isCutOut(uint triangle, vec2 barycentrics) {
+    const uvec4 indices = triangleIndices(triangle);
+    const uint material = indices.w * kMaterialTexels;
+    if ((materialTexel(material + 1).w & kMaterialAlphaMask) == 0) return false;
+    const float cutoff = uintBitsToFloat(materialTexel(material + 2).w);
+    const uint slot = materialTexel(material + 3).w;
+    const uvec3 at = indices.xyz * kAttributeTexels;
+    const vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    float alpha = 1.0;
+    if (slot != kNone) {
+        const vec4 s0 = attributeTexel(at.x + 1), s1 = attributeTexel(at.y + 1), s2 = attributeTexel(at.z + 1);
+        const vec3 u = vec3(attributeTexel(at.x).w, attributeTexel(at.y).w, attributeTexel(at.z).w);
+        const vec2 uv0 = vec2(dot(b, u), dot(b, vec3(s0.x, s1.x, s2.x)));
+        vec2 uv1 = vec2(0);
+        if (kTexcoord1) uv1 = b.x * s0.yz + b.y * s1.yz + b.z * s2.yz;
+        alpha = textureValue(0, slot, uv0, uv1, 0).x; // the slot's number counts from the first material's
+    }
+    if (kColors) {
+        const uvec3 color = at + (kAttributeTexels - 1);
+        alpha *= dot(b, vec3(attributeTexel(color.x).w, attributeTexel(color.y).w, attributeTexel(color.z).w));
+    }
+    return alpha < cutoff;
+}

@@ -1,0 +1,54 @@
+// Evaluates a material for one pair of directions an invocation, as the renderer's kernels do.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+layout(local_size_x = 64) in;
+const bool kLobeDiffuse = true;
+const bool kLobeSpecular = true;
+const bool kDiffBaseColor = true;
+const bool kDiffRoughness = true;
+const bool kDiffMetallic = true;
+const bool kDiffSpecular = true;
+const bool kDiffNormal = true;
+#include "lib/bsdf.glsl"
+#include "lib/dispatch.glsl"
+
+struct Query {
+    vec3 baseColor;
+    float roughness, metallic, specular;
+    vec3 specularColor;
+    float ior;
+    vec3 normal, wo, wi;
+};
+
+struct Result {
+    vec3 value; // of bsdfCos
+    vec3 valueWithDerivatives;
+    float pdf;
+    vec3 baseColor, roughness, metallic, specular;
+    vec3 normalX, normalY, normalZ;
+};
+
+layout(binding = 0, scalar) readonly buffer Queries { Query queries[]; };
+layout(binding = 1, scalar) writeonly buffer Results { Result results[]; };
+layout(push_constant) uniform Push { uint count; };
+
+void main() {
+    const uint i = globalIndex();
+    if (i >= count) return;
+    const Query q = queries[i];
+    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior);
+    BsdfDerivatives d;
+    Result r;
+    r.value = bsdfCos(s, q.normal, q.wo, q.wi);
+    r.valueWithDerivatives = bsdfCosDerivatives(s, q.normal, q.wo, q.wi, d);
+    r.pdf = bsdfPdf(s, q.normal, q.wo, q.wi);
+    r.baseColor = d.baseColor;
+    r.roughness = d.roughness;
+    r.metallic = d.metallic;
+    r.specular = d.specular;
+    r.normalX = d.normalX;
+    r.normalY = d.normalY;
+    r.normalZ = d.normalZ;
+    results[i] = r;
+}
