@@ -14,8 +14,6 @@ Scene openScene(const Options& options) {
     Scene scene = loadGltf(options.input);
     for (const std::string& warning : scene.warnings)
         logWarn(warning);
-    if (scene.skippedTriangles > 0)
-        logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
     for (const std::string& assignment : options.set)
         applySet(scene, assignment);
     return scene;
