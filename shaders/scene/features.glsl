@@ -1,13 +1,13 @@
-// The specialization constants as GLSL constants; drivers remove what they switch off.
+// The specialization constants as GLSL constants; drivers remove what they switch off. On a CPU driver a branch that no lane takes still
+// costs its instructions, so what a scene does not need must be switched off here.
 #include "shared/features.h"
 #include "shared/material.h"
 layout(constant_id = kFeatureMode) const uint kMode = 0;
 layout(constant_id = kFeatureDifferentiated) const uint kDifferentiated = 0;
 layout(constant_id = kFeatureDiffuse) const bool kLobeDiffuse = true;
 layout(constant_id = kFeatureSpecular) const bool kLobeSpecular = true;
-layout(constant_id = kFeatureTextures) const bool kTextures = true;
+layout(constant_id = kFeatureTextures) const uint kTexturedSlots = 0xff;
 layout(constant_id = kFeaturePackedTextures) const bool kPackedTextures = true;
-layout(constant_id = kFeatureNormalMaps) const bool kNormalMaps = true;
 layout(constant_id = kFeatureVertexNormals) const bool kVertexNormals = true;
 layout(constant_id = kFeatureTexcoord1) const bool kTexcoord1 = true;
 layout(constant_id = kFeatureColors) const bool kColors = true;
@@ -25,8 +25,15 @@ layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
 layout(constant_id = kFeatureThreads) const uint kThreads = 1;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
+const bool kTextures = kTexturedSlots != 0;
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;
+const bool kTexturedBaseColor = (kTexturedSlots & (1u << kSlotBaseColor)) != 0;
+const bool kTexturedRoughness = (kTexturedSlots & (1u << kSlotRoughness)) != 0;
+const bool kTexturedMetallic = (kTexturedSlots & (1u << kSlotMetallic)) != 0;
+const bool kTexturedSpecular = (kTexturedSlots & (1u << kSlotSpecular)) != 0;
+const bool kTexturedEmission = (kTexturedSlots & (1u << kSlotEmission)) != 0;
+const bool kNormalMaps = (kTexturedSlots & (1u << kSlotNormal)) != 0;
 const bool kDerivatives = kMode != kModeRender;
 const bool kLightSampling = kTriangleLights || kPunctualLights || kEnvironmentLight;
 const bool kDiffBaseColor = (kDifferentiated & (1u << kSlotBaseColor)) != 0;

@@ -25,12 +25,12 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     m.colorFactor = vec3(1);
     if (kTextures && (m.flags & 0xffu) != 0) {
         const uint f = m.flags;
-        if ((f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
+        if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
         if (kLobeSpecular) {
-            if ((f & (1u << kSlotRoughness)) != 0)
+            if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
                 m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
-            if ((f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, frozenTexels).x;
-            if ((f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels).x;
+            if (kTexturedMetallic && (f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, frozenTexels).x;
+            if (kTexturedSpecular && (f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels).x;
         }
         if (kNormalMaps && (f & (1u << kSlotNormal)) != 0) {
             const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
@@ -48,6 +48,6 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
 
 // Radiance leaving the front face of an emissive material.
 vec3 emittedRadiance(uint material, uint flags, vec2 uv0, vec2 uv1, uint frozenMaterials, uint frozenTexels) {
-    if (kTextures && (flags & (1u << kSlotEmission)) != 0) return textureValue(material, kSlotEmission, uv0, uv1, frozenTexels);
+    if (kTexturedEmission && (flags & (1u << kSlotEmission)) != 0) return textureValue(material, kSlotEmission, uv0, uv1, frozenTexels);
     return uintBitsToFloat(materialTexel((material + frozenMaterials) * kMaterialTexels + 3).xyz);
 }

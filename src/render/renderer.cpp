@@ -137,6 +137,8 @@ struct Renderer::Impl {
             pools->pixelOffsets.uploadAll(offsets);
             std::vector<gpu::QueueCounts> counts(config.maxDepth + 1);
             counts[0].rays = batch.paths;
+            counts[0].rayGroups = {(batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk, 1, 1};
+            counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
             pools->counts.uploadAll(counts);
             if (film) {
                 tile.assign(batch.pixels, {});

@@ -75,7 +75,7 @@ void SceneBuffers::uploadGeometry(Device& device) {
     indices_ = Buffer(device, "triangle indices", indices.size() * 16, MemoryKind::Scene, Texel::Rgba32ui);
     indices_.uploadAll(indices);
 
-    if (!features_.vertexNormals && !features_.textures && !features_.colors && !features_.tangents)
+    if (!features_.vertexNormals && !features_.texturedSlots && !features_.alphaMask && !features_.colors && !features_.tangents)
         return;
     const std::size_t stride = 2 + features_.tangents + features_.colors;
     std::vector<glm::vec4> attributes(std::max<std::size_t>(1, g.positions.size()) * stride, glm::vec4(0));

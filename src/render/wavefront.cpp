@@ -13,7 +13,7 @@ namespace {
 using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
-constexpr std::uint32_t kMaxCapacity = 1u << 18; // more brings nothing and leaves the caches
+constexpr std::uint32_t kMaxCapacity = 1u << 18; // more brings nothing and leaves the caches; far below 65 535 workgroups of 64
 
 struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
@@ -87,9 +87,11 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
 
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
     const auto constants = features.constants(pass);
-    const std::array<std::uint32_t, 2> trace{pass.threads, 1};
+    // Camera rays stay together; later ones end at different times, and lanes that are done take new rays.
+    const std::array<std::uint32_t, 2> together{pass.threads, 0}, trace{pass.threads, 1};
     generate_ = Kernel(device, "generate_rays", constants);
     prepare_ = Kernel(device, "prepare_dispatch");
+    traceCamera_ = Kernel(device, "trace_closest", together);
     trace_ = Kernel(device, "trace_closest", trace);
     shade_ = Kernel(device, "shade_vertex", constants);
     shadow_ = Kernel(device, "trace_shadow", trace);
@@ -97,7 +99,7 @@ Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSe
     gather_ = Kernel(device, "gather_film", constants);
 }
 
-std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
+std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
 
 void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
     const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
@@ -127,15 +129,13 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     commands.barrier();
     for (std::uint32_t b = 0; b < depth; ++b) {
         const gpu::BouncePush push{b, n};
-        commands.dispatch(prepare_, atBounce[b], 1, push); // how many rays this bounce has
-        commands.barrier();
-        commands.dispatchIndirect(trace_, atBounce[b], pools.counts, rayGroups(b), push);
+        commands.dispatchIndirect(b == 0 ? traceCamera_ : trace_, atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
         commands.dispatchIndirect(shade_, atBounce[b], pools.counts, vertexGroups(b), push);
         commands.barrier();
         if (b + 1 == depth)
             break; // nothing was scattered
-        commands.dispatch(prepare_, atBounce[b], 1, push); // how many light samples it left
+        commands.dispatch(prepare_, atBounce[b], 1, push);
         commands.barrier();
         commands.dispatchIndirect(shadow_, atBounce[b], pools.counts, shadowGroups(b), push);
         commands.barrier();

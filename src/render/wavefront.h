@@ -40,7 +40,7 @@ class Wavefront {
   private:
     Device& device_;
     FeatureSet::Pass pass_;
-    Kernel generate_, prepare_, trace_, shade_, shadow_, scan_, gather_;
+    Kernel generate_, prepare_, traceCamera_, trace_, shade_, shadow_, scan_, gather_;
 };
 
 } // namespace cmpg

@@ -53,12 +53,11 @@ FeatureSet analyse(const Scene& scene, const std::vector<std::uint32_t>& differe
             const bool isNormal = SlotKind(k) == SlotKind::Normal;
             const bool differentiated = wanted[m.parameters[k]];
             if (p.entries() > p.channels || (isNormal && (m.hasNormalMap || differentiated))) {
-                f.textures = true;
+                f.texturedSlots |= 1u << k;
                 f.packedTextures |= p.values.empty();
                 f.texcoord1 |= p.texcoord == 1;
             }
         }
-        f.normalMaps |= m.hasNormalMap || changes(SlotKind::Normal);
         f.alphaMask |= m.alphaMask;
         const bool emits = largestValue(slot(scene, m, SlotKind::Emission)) > 0 || changes(SlotKind::Emission);
         f.emission |= emits;
@@ -68,18 +67,19 @@ FeatureSet analyse(const Scene& scene, const std::vector<std::uint32_t>& differe
         std::any_of(scene.geometry.normals.begin(), scene.geometry.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
     f.texcoord1 = f.texcoord1 && !scene.geometry.uv1.empty();
     f.colors = !scene.geometry.colors.empty();
-    f.tangents = f.normalMaps && !scene.geometry.tangents.empty();
+    f.tangents = (f.texturedSlots >> std::uint32_t(SlotKind::Normal) & 1u) && !scene.geometry.tangents.empty();
     f.environment = scene.environment.has_value();
     f.environmentLight = f.environment && lightSampling && largestValue(scene.parameters[scene.environment->parameter]) > 0;
     f.punctualLights = !scene.lights.empty() && lightSampling;
     if (f.alphaMask)
-        f.textures = f.packedTextures = true;
+        f.packedTextures = true;
     return f;
 }
 
 FeatureSet allFeatures(const Scene& scene, const std::vector<std::uint32_t>& differentiable, bool lightSampling) {
     FeatureSet f = analyse(scene, differentiable, lightSampling);
-    f.diffuse = f.specular = f.textures = f.packedTextures = f.normalMaps = true;
+    f.diffuse = f.specular = f.packedTextures = true;
+    f.texturedSlots = (1u << kMaterialSlots) - 1;
     f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
     f.emission = f.environment = true;
     f.triangleLights = f.punctualLights = f.environmentLight = lightSampling;
@@ -92,9 +92,8 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureDifferentiated] = pass.mode == gpu::kModeRender ? 0 : differentiated;
     c[gpu::kFeatureDiffuse] = diffuse;
     c[gpu::kFeatureSpecular] = specular;
-    c[gpu::kFeatureTextures] = textures;
+    c[gpu::kFeatureTextures] = texturedSlots;
     c[gpu::kFeaturePackedTextures] = packedTextures;
-    c[gpu::kFeatureNormalMaps] = normalMaps;
     c[gpu::kFeatureVertexNormals] = vertexNormals;
     c[gpu::kFeatureTexcoord1] = texcoord1;
     c[gpu::kFeatureColors] = colors;
@@ -115,12 +114,15 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
 
 std::vector<std::string> FeatureSet::describe() const {
     const auto line = [](const char* name, bool on) { return std::string(name) + (on ? "  on" : "  off"); };
+    std::string looked;
+    for (std::uint32_t k = 0; k < kMaterialSlots; ++k)
+        if (texturedSlots >> k & 1u)
+            looked += std::string(" ") + slotName(SlotKind(k));
     return {
+        "textures " + (looked.empty() ? " off" : looked),
         line("diffuse lobe", diffuse),
         line("specular lobe", specular),
-        line("textures", textures),
         line("packed textures", packedTextures),
-        line("normal maps", normalMaps),
         line("vertex normals", vertexNormals),
         line("second texture coordinates", texcoord1),
         line("vertex colours", colors),

@@ -8,7 +8,8 @@ namespace cmpg {
 
 struct FeatureSet {
     bool diffuse = false, specular = false;
-    bool textures = false, packedTextures = false, normalMaps = false;
+    std::uint32_t texturedSlots = 0; // bit per SlotKind that some material looks up
+    bool packedTextures = false;
     bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false;
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled

@@ -12,13 +12,10 @@ struct AccessorValues {
     float operator()(std::uint32_t i, std::uint32_t c) const { return values[std::size_t(i) * components + c]; }
 };
 
-// Number of elements, without reading them.
-std::uint32_t accessorCount(const GltfDocument& document, const JsonView& reference);
-
-// `reference` holds the accessor's index. It must have between `fewest` and `most` components.
-AccessorValues readAccessor(GltfDocument& document, const JsonView& reference, std::uint32_t fewest, std::uint32_t most);
+// The accessor must have between `fewest` and `most` components. `use` is the place that names it, for messages.
+AccessorValues readAccessor(const GltfDocument& document, int accessor, const std::string& use, std::uint32_t fewest, std::uint32_t most);
 
 // Vertex indices, each below `vertexCount`.
-std::vector<std::uint32_t> readIndices(GltfDocument& document, const JsonView& reference, std::uint32_t vertexCount);
+std::vector<std::uint32_t> readIndices(const GltfDocument& document, int accessor, const std::string& use, std::uint32_t vertexCount);
 
 } // namespace cmpg

@@ -2,6 +2,7 @@
 #include "scene/gltf_document.h"
 
 #include "base/error.h"
+#include "scene/gltf_fence.h"
 
 #include <algorithm>
 #include <cstring>
@@ -66,26 +67,13 @@ std::string percentDecode(const JsonView& uri) {
     return out;
 }
 
-Bytes decodeBase64(const JsonView& uri, std::string_view text) {
-    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+Bytes decodeBase64(const JsonView& uri, std::string text) {
+    while (!text.empty() && text.back() == '=') text.pop_back();
     Bytes out;
-    out.reserve(text.size() / 4 * 3 + 3);
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        int v = -1;
-        if (c >= 'A' && c <= 'Z') v = c - 'A';
-        if (c >= 'a' && c <= 'z') v = c - 'a' + 26;
-        if (c >= '0' && c <= '9') v = c - '0' + 52;
-        if (c == '+' || c == '-') v = 62;
-        if (c == '/' || c == '_') v = 63;
-        if (v < 0) uri.fail("holds data that is not base64");
-        bits = bits << 6 | std::uint32_t(v);
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        out.push_back(std::uint8_t(bits >> count));
-    }
+    std::string mediaType;
+    // It stops without a word where the text is no longer base64; the length tells.
+    if (!tinygltf::DecodeDataURI(&out, mediaType, "data:application/octet-stream;base64," + text, text.size() * 6 / 8, true))
+        uri.fail("holds data that is not base64");
     return out;
 }
 
@@ -106,6 +94,9 @@ GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {
     else
         parseJson(reinterpret_cast<const char*>(bytes.data()), reinterpret_cast<const char*>(bytes.data()) + bytes.size());
     checkVersionAndExtensions();
+    readBuffers();
+    checkGltf(root());
+    buildModel();
 }
 
 void GltfDocument::parseBinary(const Bytes& file) {
@@ -194,36 +185,58 @@ Bytes GltfDocument::readUri(const JsonView& uri) const {
     }
     const std::size_t comma = text.find(',');
     if (comma == std::string::npos || text.rfind(";base64", comma) == std::string::npos) uri.fail("is a data: URI without base64 data");
-    return decodeBase64(uri, std::string_view(text).substr(comma + 1));
+    return decodeBase64(uri, text.substr(comma + 1));
 }
 
-std::span<const std::uint8_t> GltfDocument::buffer(std::uint32_t i) {
-    const JsonView view = root()["buffers"].at(i);
-    const std::uint64_t length = view["byteLength"].integer(0, kMaxFileBytes);
-    std::span<const std::uint8_t> bytes;
-    if (!view["uri"].exists()) {
-        if (i != 0 || !hasBinaryChunk_) view.fail("has no uri, and the file has no binary chunk for it");
-        bytes = binaryChunk_;
-    } else {
-        auto found = buffers_.find(i);
-        if (found == buffers_.end()) found = buffers_.emplace(i, readUri(view["uri"])).first;
-        bytes = found->second;
+void GltfDocument::readBuffers() {
+    const JsonView buffers = root()["buffers"];
+    for (std::uint32_t i = 0; i < buffers.size(); ++i) {
+        const JsonView buffer = buffers.at(i);
+        if (!buffer["uri"].exists() && (i != 0 || !hasBinaryChunk_))
+            buffer.fail("has no uri, and the file has no binary chunk for it");
+        Bytes bytes = buffer["uri"].exists() ? readUri(buffer["uri"]) : std::move(binaryChunk_);
+        const std::uint64_t length = buffer["byteLength"].required().integer(1, kMaxFileBytes);
+        if (bytes.size() < length)
+            buffer.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
+                        "the file with its data is truncated or not the right one", "copy or export the scene again");
+        bytes.resize(length);
+        buffers_.push_back(std::move(bytes));
     }
-    if (bytes.size() < length)
-        view.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
-                  "the file with its data is truncated or not the right one", "copy or export the scene again");
-    return bytes.first(length);
 }
 
-std::span<const std::uint8_t> GltfDocument::bufferView(std::uint32_t i) {
-    const JsonView view = root()["bufferViews"].at(i);
-    const auto index = view["buffer"].index(root()["buffers"].size(), "buffer");
-    if (!index) view["buffer"].fail("is missing");
-    const std::span<const std::uint8_t> bytes = buffer(*index);
-    const std::uint64_t offset = view["byteOffset"].integer(0, kMaxFileBytes), length = view["byteLength"].integer(0, kMaxFileBytes);
-    if (offset > bytes.size() || length > bytes.size() - offset)
-        view.fail("reaches to byte " + std::to_string(offset + length) + " of a buffer of " + std::to_string(bytes.size()));
-    return bytes.subspan(offset, length);
+std::span<const std::uint8_t> GltfDocument::bufferView(int i) const {
+    const tinygltf::BufferView& view = model_.bufferViews[std::size_t(i)];
+    return std::span(model_.buffers[std::size_t(view.buffer)].data).subspan(view.byteOffset, view.byteLength);
+}
+
+Bytes GltfDocument::imageBytes(std::uint32_t i) const {
+    const int view = model_.images[i].bufferView;
+    if (view < 0) return readUri(root()["images"].at(i)["uri"]);
+    const std::span<const std::uint8_t> bytes = bufferView(view);
+    return {bytes.begin(), bytes.end()};
+}
+
+// tinygltf asks us for buffers by our tokens, whatever their names in the scene. Images stay where they are until somebody needs
+// them: the sum of their files has no bound.
+void GltfDocument::buildModel() {
+    tinygltf::TinyGLTF reader;
+    tinygltf::FsCallbacks files{};
+    files.user_data = this;
+    files.FileExists = [](const std::string& token, void*) { return token.rfind(kBufferToken, 0) == 0; };
+    files.ExpandFilePath = [](const std::string& token, void*) { return token; };
+    files.ReadWholeFile = [](Bytes* bytes, std::string*, const std::string& token, void* self) {
+        const std::size_t index = std::stoul(token.substr(std::strlen(kBufferToken)));
+        *bytes = std::move(static_cast<GltfDocument*>(self)->buffers_.at(index));
+        return true;
+    };
+    reader.SetFsCallbacks(files);
+    const auto leave = [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; };
+    reader.SetImageLoader(leave, nullptr);
+    const std::string text = rewrittenForTinyGltf(json_).dump();
+    std::string error, warning;
+    if (text.size() > std::numeric_limits<unsigned>::max()) root().fail("is longer than 4 GiB", "the file is damaged", "split the scene");
+    if (!reader.LoadASCIIFromString(&model_, &error, &warning, text.data(), unsigned(text.size()), "") || !error.empty())
+        root().fail("is refused by tinygltf: " + error.substr(0, error.find('\n')));
 }
 
 } // namespace cmpg

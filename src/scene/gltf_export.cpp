@@ -87,7 +87,7 @@ void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, c
     if (fs::equivalent(scene.source, folder / "scene.gltf", error))
         throw Error(ExitCode::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
                     "the output folder is the scene's own", "choose another folder");
-    GltfDocument source(scene.source);
+    const GltfDocument source(scene.source);
     Json root = source.json();
     ExportFolder out(folder);
 
@@ -96,7 +96,7 @@ void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, c
     for (std::uint32_t i = 0; i < source.root()["images"].size(); ++i)
         copyReference(root["images"][i], source.root()["images"].at(i), source, out);
     if (source.root()["buffers"].size() && !root["buffers"][0].contains("uri"))
-        root["buffers"][0]["uri"] = out.add("scene", ".bin", source.buffer(0));
+        root["buffers"][0]["uri"] = out.add("scene", ".bin", source.model().buffers[0].data);
 
     std::map<std::uint32_t, std::set<SlotKind>> slots; // by material
     bool environmentChanged = false;

@@ -27,7 +27,7 @@ class ExportFolder {
 std::string fileName(const std::string& parameterName);
 
 // Puts the current values of material `index` into its JSON, for the slots in `changed`; textures go to `folder`.
-void exportMaterial(Json& root, GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
+void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
                     ExportFolder& folder);
 
 } // namespace cmpg

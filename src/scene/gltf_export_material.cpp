@@ -1,7 +1,7 @@
 // Puts parameter values back into a glTF material: 8-bit textures whose factors are 1, or factors alone.
 #include "base/error.h"
 #include "scene/gltf_export.h"
-#include "scene/gltf_textures.h"
+#include "scene/image_decode.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ std::uint8_t srgbCode(float v) { return code(srgbEncode(std::clamp(v, 0.0f, 1.0f
 
 class MaterialExporter {
   public:
-    MaterialExporter(Json& root, GltfDocument& source, const Scene& scene, std::uint32_t index, ExportFolder& folder)
+    MaterialExporter(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, ExportFolder& folder)
         : root_(root), json_(root["materials"][index]), source_(source), scene_(scene), material_(scene.materials[index]),
           folder_(folder) {}
 
@@ -37,7 +37,7 @@ class MaterialExporter {
 
     Json& root_;
     Json& json_;
-    GltfDocument& source_;
+    const GltfDocument& source_;
     const Scene& scene_;
     const Material& material_;
     ExportFolder& folder_;
@@ -68,7 +68,7 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
 // Alpha codes of the texture `info` names, or none if it has no alpha.
 std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& info, const Parameter& p) {
     const auto image = root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>();
-    const RawImage raw = decodeImage(readImageBytes(source_, image), source_.name());
+    const RawImage raw = decodeImage(source_.imageBytes(image), source_.name());
     if (!raw.hasAlpha() || raw.width != p.width || raw.height != p.height) return {};
     std::vector<std::uint8_t> alpha(raw.pixels());
     for (std::size_t i = 0; i < alpha.size(); ++i) {
@@ -156,7 +156,7 @@ void MaterialExporter::normal() {
 
 } // namespace
 
-void exportMaterial(Json& root, GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
+void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
                     ExportFolder& folder) {
     MaterialExporter exporter(root, source, scene, index, folder);
     if (changed.contains(SlotKind::BaseColor)) exporter.baseColor();

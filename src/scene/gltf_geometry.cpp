@@ -29,15 +29,15 @@ struct Builder {
 };
 
 // Corners of all triangles, three each, as indices of `vertices`: lists, strips and fans made alike.
-std::vector<std::uint32_t> triangulate(std::vector<std::uint32_t> corners, std::uint64_t mode) {
-    if (mode == 4) {
+std::vector<std::uint32_t> triangulate(std::vector<std::uint32_t> corners, int mode) {
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
         corners.resize(corners.size() - corners.size() % 3);
         return corners;
     }
     std::vector<std::uint32_t> out;
     for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
         const std::size_t odd = i % 2;
-        if (mode == 5)
+        if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
             out.insert(out.end(), {corners[i], corners[i + 1 + odd], corners[i + 2 - odd]});
         else
             out.insert(out.end(), {corners[i + 1], corners[i + 2], corners[0]});
@@ -58,48 +58,52 @@ glm::vec4 colorAt(GltfLoad& load, const AccessorValues& colors, std::uint32_t i)
     return clamped;
 }
 
-void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const glm::dmat4& toWorld) {
-    const std::uint64_t mode = primitive["mode"].integer(4, 65535);
-    if (mode > 6) primitive["mode"].fail("is not a primitive mode of glTF");
-    const JsonView attributes = primitive["attributes"];
-    if (mode < 4) {
+void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primitive, const std::string& place,
+                  const glm::dmat4& toWorld) {
+    const tinygltf::Model& model = load.model;
+    if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
         load.ignored.insert("points and lines");
         return;
     }
-    if (!attributes["POSITION"].exists()) {
+    const auto position = primitive.attributes.find("POSITION");
+    if (position == primitive.attributes.end()) {
         load.ignored.insert("primitives without positions");
         return;
     }
-    if (primitive["targets"].size()) load.ignored.insert("morph targets");
+    if (!primitive.targets.empty()) load.ignored.insert("morph targets");
 
-    const std::uint32_t count = accessorCount(load.document, attributes["POSITION"]);
-    const std::uint64_t corners = primitive["indices"].exists() ? accessorCount(load.document, primitive["indices"]) : count;
-    if (out.triangles.size() + corners / (mode == 4 ? 3 : 1) > kMaxTriangles || out.positions.size() + count > 3 * kMaxTriangles)
-        primitive.fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
-                       "the mesh is too detailed or its counts are damaged", "simplify the scene");
-    const AccessorValues positions = readAccessor(load.document, attributes["POSITION"], 3, 3);
+    const auto countOf = [&](int accessor) { return std::uint32_t(model.accessors[std::size_t(accessor)].count); };
+    const std::uint32_t count = countOf(position->second);
+    const std::uint64_t corners = primitive.indices >= 0 ? countOf(primitive.indices) : count;
+    if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > kMaxTriangles ||
+        out.positions.size() + count > 3 * kMaxTriangles)
+        load.document.at(place).fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
+                                     "the mesh is too detailed or its counts are damaged", "simplify the scene");
+    const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
+        const auto found = primitive.attributes.find(name);
+        if (found == primitive.attributes.end()) return AccessorValues{};
+        const std::string use = place + ".attributes." + name;
+        AccessorValues values = readAccessor(load.document, found->second, use, fewest, most);
+        if (values.count != count)
+            load.document.at(use).fail("has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
+        return values;
+    };
+    const AccessorValues positions = attribute("POSITION", 3, 3);
     std::vector<std::uint32_t> list;
-    if (primitive["indices"].exists()) {
-        list = readIndices(load.document, primitive["indices"], count);
+    if (primitive.indices >= 0) {
+        list = readIndices(load.document, primitive.indices, place + ".indices", count);
     } else {
         list.resize(count);
         for (std::uint32_t i = 0; i < count; ++i) list[i] = i;
     }
-    list = triangulate(std::move(list), mode);
+    list = triangulate(std::move(list), primitive.mode);
 
-    const JsonView materials = load.root["materials"];
-    const std::uint32_t material = primitive["material"].index(materials.size(), "material").value_or(defaultMaterial(load));
-    const bool normalMapped = material < materials.size() && materials.at(material)["normalTexture"].exists();
-    const auto optional = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
-        if (!attributes[name].exists()) return AccessorValues{};
-        AccessorValues values = readAccessor(load.document, attributes[name], fewest, most);
-        if (values.count != count)
-            attributes[name].fail("has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
-        return values;
-    };
-    const AccessorValues normals = optional("NORMAL", 3, 3), uv0 = optional("TEXCOORD_0", 2, 2), uv1 = optional("TEXCOORD_1", 2, 2);
-    const AccessorValues colors = optional("COLOR_0", 3, 4);
-    const AccessorValues tangents = normalMapped && normals.count ? optional("TANGENT", 4, 4) : AccessorValues{};
+    const bool named = primitive.material >= 0;
+    const std::uint32_t material = named ? std::uint32_t(primitive.material) : defaultMaterial(load);
+    const bool normalMapped = named && model.materials[material].normalTexture.index >= 0;
+    const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
+    const AccessorValues colors = attribute("COLOR_0", 3, 4);
+    const AccessorValues tangents = normalMapped && normals.count ? attribute("TANGENT", 4, 4) : AccessorValues{};
     out.hasNormals |= normals.count > 0;
     out.hasUv0 |= uv0.count > 0;
     out.hasUv1 |= uv1.count > 0;
@@ -112,14 +116,14 @@ void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const
     const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]), glm::cross(linear[0], linear[1]));
 
     constexpr std::uint32_t kUnused = ~0u;
-    std::vector<std::uint32_t> place(count, kUnused); // of a vertex of the file in the scene
+    std::vector<std::uint32_t> moved(count, kUnused); // of a vertex of the file in the scene
     const auto addVertex = [&](std::uint32_t i) {
         const glm::dvec3 local(positions(i, 0), positions(i, 1), positions(i, 2));
         const glm::dvec3 world(toWorld * glm::dvec4(local, 1));
         for (int k = 0; k < 3; ++k)
             if (!(std::abs(world[k]) < double(std::numeric_limits<float>::max())))
-                attributes["POSITION"].fail("leaves the range of numbers at vertex " + std::to_string(i), "a node scales it too much",
-                                            "check the transforms of the nodes");
+                load.document.at(place + ".attributes.POSITION").fail("leaves the range of numbers at vertex " + std::to_string(i),
+                                                                      "a node scales it too much", "check the transforms of the nodes");
         out.positions.push_back(world);
         out.normals.push_back(normals.count ? unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))))
                                             : glm::vec3(0));
@@ -134,13 +138,13 @@ void addPrimitive(GltfLoad& load, Builder& out, const JsonView& primitive, const
         out.tangents.push_back(tangent);
     };
     for (std::uint32_t& i : list) {
-        if (place[i] == kUnused) {
-            place[i] = std::uint32_t(out.positions.size());
+        if (moved[i] == kUnused) {
+            moved[i] = std::uint32_t(out.positions.size());
             addVertex(i);
         }
-        i = place[i];
+        i = moved[i];
     }
-    load.unusedVertices += std::uint64_t(std::count(place.begin(), place.end(), kUnused));
+    load.unusedVertices += std::uint64_t(std::count(moved.begin(), moved.end(), kUnused));
     // A mirrored node turns its triangles inside out; swapping two corners turns them back.
     const std::size_t second = sign < 0 ? 2 : 1;
     for (std::size_t t = 0; t < list.size(); t += 3) out.triangles.push_back({{list[t], list[t + second], list[t + 3 - second]}, material});
@@ -166,30 +170,28 @@ bool degenerate(const Geometry& geometry, const Triangle& triangle) {
 
 } // namespace
 
-std::uint32_t defaultMaterial(const GltfLoad& load) { return load.root["materials"].size(); }
+std::uint32_t defaultMaterial(const GltfLoad& load) { return std::uint32_t(load.model.materials.size()); }
 
 bool usesDefaultMaterial(const GltfLoad& load) {
-    const JsonView meshes = load.root["meshes"], nodes = load.root["nodes"];
-    for (const NodeInstance& instance : load.instances) {
-        const auto mesh = nodes.at(instance.node)["mesh"].index(meshes.size(), "mesh");
-        if (!mesh) continue;
-        const JsonView primitives = meshes.at(*mesh)["primitives"];
-        for (std::uint32_t i = 0; i < primitives.size(); ++i)
-            if (!primitives.at(i)["material"].exists()) return true;
-    }
-    return false;
+    return std::any_of(load.instances.begin(), load.instances.end(), [&](const NodeInstance& instance) {
+        const int mesh = load.model.nodes[instance.node].mesh;
+        if (mesh < 0) return false;
+        const auto& primitives = load.model.meshes[std::size_t(mesh)].primitives;
+        return std::any_of(primitives.begin(), primitives.end(), [](const tinygltf::Primitive& p) { return p.material < 0; });
+    });
 }
 
 void loadGeometry(GltfLoad& load) {
     Builder built;
-    const JsonView nodes = load.root["nodes"], meshes = load.root["meshes"];
     for (const NodeInstance& instance : load.instances) {
-        const JsonView node = nodes.at(instance.node);
-        const auto mesh = node["mesh"].index(meshes.size(), "mesh");
-        if (!mesh) continue;
-        if (node["skin"].exists()) load.ignored.insert("skins");
-        const JsonView primitives = meshes.at(*mesh)["primitives"];
-        for (std::uint32_t i = 0; i < primitives.size(); ++i) addPrimitive(load, built, primitives.at(i), instance.toWorld);
+        const tinygltf::Node& node = load.model.nodes[instance.node];
+        if (node.mesh < 0) continue;
+        if (node.skin >= 0) load.ignored.insert("skins");
+        const auto& primitives = load.model.meshes[std::size_t(node.mesh)].primitives;
+        for (std::size_t i = 0; i < primitives.size(); ++i) {
+            const std::string place = "meshes[" + std::to_string(node.mesh) + "].primitives[" + std::to_string(i) + "]";
+            addPrimitive(load, built, primitives[i], place, instance.toWorld);
+        }
     }
 
     Geometry& geometry = load.scene.geometry;

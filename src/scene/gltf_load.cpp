@@ -2,31 +2,30 @@
 #include "scene/gltf_load.h"
 
 #include "base/error.h"
+#include "scene/gltf_value.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
 #include <limits>
 #include <new>
 
 namespace cmpg {
 namespace {
 
-constexpr std::uint64_t kMaxDepthLimit = 4096;
-
-glm::dmat4 localTransform(const JsonView& node) {
-    const JsonView matrix = node["matrix"];
-    if (matrix.exists()) {
-        matrix.requireSize(16);
-        glm::dmat4 m;
-        for (std::uint32_t i = 0; i < 16; ++i) m[int(i / 4)][int(i % 4)] = matrix.at(i).number();
-        if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) matrix.fail("is not an affine transform");
+glm::dmat4 localTransform(const GltfLoad& load, std::uint32_t index) {
+    const tinygltf::Node& node = load.model.nodes[index];
+    if (!node.matrix.empty()) {
+        const glm::dmat4 m = glm::make_mat4(node.matrix.data());
+        if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1)
+            load.document.at(nodePlace(index) + ".matrix").fail("is not an affine transform");
         return m;
     }
-    const glm::dvec3 t = node["translation"].vec(glm::dvec3(0)), s = node["scale"].vec(glm::dvec3(1));
-    const glm::dvec4 r = node["rotation"].vec(glm::dvec4(0, 0, 0, 1));
+    const glm::dvec3 t = vec(node.translation, glm::dvec3(0)), s = vec(node.scale, glm::dvec3(1));
+    const glm::dvec4 r = vec(node.rotation, glm::dvec4(0, 0, 0, 1));
     const double length = glm::length(r);
-    if (!(length > 0)) node["rotation"].fail("is not a rotation: its length is zero");
+    if (!(length > 0)) load.document.at(nodePlace(index) + ".rotation").fail("is not a rotation: its length is zero");
     const glm::dquat q(r.w / length, r.x / length, r.y / length, r.z / length);
     glm::dmat4 m = glm::mat4_cast(q);
     for (int i = 0; i < 3; ++i) m[i] *= s[i];
@@ -34,10 +33,8 @@ glm::dmat4 localTransform(const JsonView& node) {
     return m;
 }
 
-JsonView shownScene(const GltfDocument& document) {
-    const JsonView root = document.root(), scenes = root["scenes"];
-    if (scenes.size() == 0) return JsonView(nullptr, document.name(), "scenes[0]");
-    return scenes.at(root["scene"].index(scenes.size(), "scene").value_or(0));
+const tinygltf::Scene* shownScene(const tinygltf::Model& model) {
+    return model.scenes.empty() ? nullptr : &model.scenes[std::size_t(std::max(model.defaultScene, 0))];
 }
 
 // Things whose presence alone means that something is not rendered.
@@ -45,13 +42,13 @@ void noteIgnored(GltfLoad& load) {
     const auto note = [&](const std::string& extension) {
         if (!supportsExtension(extension)) load.ignored.insert(extension);
     };
-    const JsonView used = load.root["extensionsUsed"];
-    for (std::uint32_t i = 0; i < used.size(); ++i) note(used.at(i).string());
-    for (const char* kind : {"materials", "nodes"})
-        for (std::uint32_t i = 0; i < load.root[kind].size(); ++i)
-            for (const std::string& extension : load.root[kind].at(i)["extensions"].keys()) note(extension);
-    if (load.root["animations"].size()) load.ignored.insert("animations");
-    if (load.root["scenes"].size() > 1) load.ignored.insert("scenes other than the default one");
+    for (const std::string& extension : load.model.extensionsUsed) note(extension);
+    for (const tinygltf::Material& material : load.model.materials)
+        for (const auto& [extension, value] : material.extensions) note(extension);
+    for (const tinygltf::Node& node : load.model.nodes)
+        for (const auto& [extension, value] : node.extensions) note(extension);
+    if (!load.model.animations.empty()) load.ignored.insert("animations");
+    if (load.model.scenes.size() > 1) load.ignored.insert("scenes other than the default one");
 }
 
 bool emitsLight(const Parameter& p) {
@@ -72,14 +69,13 @@ void summarise(GltfLoad& load) {
     const auto count = [&](std::uint64_t number, const char* ofWhat) {
         if (number) skipped.push_back(std::to_string(number) + " " + ofWhat);
     };
-    std::set<std::uint32_t> shownMeshes;
-    const JsonView nodes = load.root["nodes"], meshes = load.root["meshes"];
+    std::set<int> shownMeshes;
     for (const NodeInstance& instance : load.instances)
-        if (const auto mesh = nodes.at(instance.node)["mesh"].index(meshes.size(), "mesh")) shownMeshes.insert(*mesh);
+        if (const int mesh = load.model.nodes[instance.node].mesh; mesh >= 0) shownMeshes.insert(mesh);
     count(scene.skippedTriangles, "degenerate triangles");
     count(load.unusedVertices, "vertices no triangle uses");
-    count(meshes.size() - shownMeshes.size(), "meshes no shown node uses");
-    count(nodes.size() - load.instances.size(), "nodes outside the scene");
+    count(load.model.meshes.size() - shownMeshes.size(), "meshes no shown node uses");
+    count(load.model.nodes.size() - load.instances.size(), "nodes outside the scene");
     if (!skipped.empty()) load.warn("skipped: " + join(skipped));
     if (scene.geometry.triangles.empty()) load.warn("the scene has no triangles");
     bool emits = !scene.lights.empty() || scene.environment;
@@ -102,45 +98,45 @@ std::string uniqueName(std::string name, std::set<std::string>& taken) {
     return unique;
 }
 
+std::string nodePlace(std::uint32_t node) { return "nodes[" + std::to_string(node) + "]"; }
+
 std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
-    const JsonView nodes = load.root["nodes"];
-    const std::uint32_t count = nodes.size();
-    std::vector<bool> seen(count, false);
+    const std::vector<tinygltf::Node>& nodes = load.model.nodes;
+    std::vector<bool> seen(nodes.size(), false);
     std::vector<NodeInstance> found, pending;
     // In file order, depth first; a stack of our own, so that a chain of a million nodes is no recursion.
-    const auto push = [&](const JsonView& list, const glm::dmat4& parent) {
-        for (std::uint32_t i = list.size(); i-- > 0;) pending.push_back({*list.at(i).index(count, "node"), parent});
+    const auto push = [&](const std::vector<int>& list, const glm::dmat4& parent) {
+        for (auto node = list.rbegin(); node != list.rend(); ++node) pending.push_back({std::uint32_t(*node), parent});
     };
-    if (load.sceneJson.exists()) {
-        push(load.sceneJson["nodes"], glm::dmat4(1));
+    if (load.shown) {
+        push(load.shown->nodes, glm::dmat4(1));
     } else { // a file without scenes shows all its nodes
-        std::vector<bool> child(count, false);
-        for (std::uint32_t i = 0; i < count; ++i)
-            for (std::uint32_t c = 0; c < nodes.at(i)["children"].size(); ++c)
-                child[*nodes.at(i)["children"].at(c).index(count, "node")] = true;
-        for (std::uint32_t i = count; i-- > 0;)
+        std::vector<bool> child(nodes.size(), false);
+        for (const tinygltf::Node& node : nodes)
+            for (const int c : node.children) child[std::size_t(c)] = true;
+        for (auto i = std::uint32_t(nodes.size()); i-- > 0;)
             if (!child[i]) pending.push_back({i, glm::dmat4(1)});
     }
     while (!pending.empty()) {
         NodeInstance instance = pending.back();
         pending.pop_back();
-        const JsonView node = nodes.at(instance.node);
-        if (seen[instance.node]) node.fail("is reached twice: it has two parents or is its own ancestor");
-        seen[instance.node] = true;
-        instance.toWorld = instance.toWorld * localTransform(node);
+        const std::uint32_t node = instance.node;
+        if (seen[node]) load.document.at(nodePlace(node)).fail("is reached twice: it has two parents or is its own ancestor");
+        seen[node] = true;
+        instance.toWorld = instance.toWorld * localTransform(load, node);
         for (int i = 0; i < 16; ++i)
             if (!(std::abs(instance.toWorld[i / 4][i % 4]) < double(std::numeric_limits<float>::max())))
-                node.fail("leaves the range of numbers by its transform and those above it", "a node scales too much",
-                          "check the transforms of the nodes");
-        push(node["children"], instance.toWorld);
+                load.document.at(nodePlace(node)).fail("leaves the range of numbers by its transform and those above it",
+                                                       "a node scales too much", "check the transforms of the nodes");
+        push(nodes[node].children, instance.toWorld);
         found.push_back(instance);
     }
     return found;
 }
 
 Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) try {
-    GltfDocument document(file);
-    GltfLoad load{document, options, {}, document.root(), shownScene(document), {}, {}};
+    const GltfDocument document(file);
+    GltfLoad load{document, document.model(), shownScene(document.model()), options, {}, {}, {}};
     load.scene.source = file.string();
     load.instances = walkNodes(load);
     noteIgnored(load);
@@ -149,8 +145,7 @@ Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) tr
     loadCameras(load);
     loadLights(load);
     loadEnvironment(load);
-    load.scene.maxDepth = std::uint32_t(load.sceneJson["extras"]["maxDepth"].integer(load.scene.maxDepth, kMaxDepthLimit));
-    if (load.scene.maxDepth == 0) load.sceneJson["extras"]["maxDepth"].fail("is 0, but a path has at least one segment");
+    if (load.shown) load.scene.maxDepth = std::uint32_t(number(member(load.shown->extras, "maxDepth"), load.scene.maxDepth));
     summarise(load);
     return std::move(load.scene);
 } catch (const std::bad_alloc&) {

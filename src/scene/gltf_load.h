@@ -14,11 +14,11 @@ struct NodeInstance {
 };
 
 struct GltfLoad {
-    GltfDocument& document;
+    const GltfDocument& document;
+    const tinygltf::Model& model; // of the document
+    const tinygltf::Scene* shown; // nullptr if the file has no scene
     LoadOptions options;
     Scene scene;
-    JsonView root;
-    JsonView sceneJson; // the scene of the file that is shown; absent if it has none
     std::vector<NodeInstance> instances;
     std::set<std::string> ignored; // what the file has and we do not render: named in one warning
     std::uint64_t unusedVertices = 0;
@@ -36,6 +36,9 @@ void loadEnvironment(GltfLoad& load);
 // The index materials of primitives that name none get, and whether there is such a primitive among the instances.
 std::uint32_t defaultMaterial(const GltfLoad& load);
 bool usesDefaultMaterial(const GltfLoad& load);
+
+// For messages.
+std::string nodePlace(std::uint32_t node);
 
 // `name` without control characters, made unique by #2, #3 ...
 std::string uniqueName(std::string name, std::set<std::string>& taken);

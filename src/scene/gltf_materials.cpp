@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtx/component_wise.hpp>
-#include <limits>
 
 namespace cmpg {
 namespace {
@@ -22,13 +21,13 @@ struct SlotTexels {
 class MaterialLoader {
   public:
     explicit MaterialLoader(GltfLoad& load) : load_(load), images_(load) {}
-    void add(const JsonView& json, std::string name);
+    void add(const tinygltf::Material& source, std::uint32_t index);
 
   private:
     Parameter& slot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant);
-    void fill(Parameter& parameter, const JsonView& info, const SlotTexels& texels);
+    void fill(Parameter& parameter, const TextureInfo& info, const SlotTexels& texels);
     void clampToRange(Parameter& parameter);
-    void addAlphaTexture(Material& material, const JsonView& info);
+    void addAlphaTexture(Material& material, const TextureInfo& info);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -58,7 +57,7 @@ void MaterialLoader::clampToRange(Parameter& p) {
     if (outside) load_.warn(p.name + ": " + std::to_string(outside) + " values outside the range of the slot were clamped");
 }
 
-void MaterialLoader::fill(Parameter& p, const JsonView& info, const SlotTexels& texels) {
+void MaterialLoader::fill(Parameter& p, const TextureInfo& info, const SlotTexels& texels) {
     const auto use = readTextureUse(load_, info);
     if (!use) return;
     const RawImage& image = images_.get(use->image);
@@ -70,7 +69,7 @@ void MaterialLoader::fill(Parameter& p, const JsonView& info, const SlotTexels& 
     std::array<std::uint32_t, 3> stored{};
     for (std::uint32_t c = 0; c < p.channels; ++c) {
         if (texels.channels[c] == 3 && !image.hasAlpha()) { // an image without alpha is opaque: the constant stays
-            load_.warn(info.place() + " has no alpha channel; its factor is used alone");
+            load_.warn(p.name + ": its texture has no alpha channel; its factor is used alone");
             p.textured = false;
             p.width = p.height = 1;
             return;
@@ -96,7 +95,7 @@ void MaterialLoader::fill(Parameter& p, const JsonView& info, const SlotTexels& 
     clampToRange(p);
 }
 
-void MaterialLoader::addAlphaTexture(Material& material, const JsonView& info) {
+void MaterialLoader::addAlphaTexture(Material& material, const TextureInfo& info) {
     const auto use = readTextureUse(load_, info);
     if (!use) return;
     const RawImage& image = images_.get(use->image);
@@ -115,53 +114,49 @@ void MaterialLoader::addAlphaTexture(Material& material, const JsonView& info) {
     load_.scene.alphaTextures.push_back(std::move(alpha));
 }
 
-void MaterialLoader::add(const JsonView& json, std::string name) {
-    constexpr float kAny = std::numeric_limits<float>::max();
+void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {
+    const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+    const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
+    const std::string ordinal = std::to_string(index);
     Material material;
-    material.name = uniqueName(json["name"].string(name), names_);
-    const JsonView pbr = json["pbrMetallicRoughness"], extensions = json["extensions"];
-    const JsonView specular = extensions["KHR_materials_specular"];
+    material.name = uniqueName(source.name.empty() ? "material" + ordinal : source.name, names_);
 
-    const glm::vec4 baseColor = pbr["baseColorFactor"].vec(glm::vec4(1));
-    fill(slot(material, SlotKind::BaseColor, 3, glm::vec3(baseColor)), pbr["baseColorTexture"],
+    const glm::vec4 baseColor = vec(pbr.baseColorFactor, glm::vec4(1));
+    fill(slot(material, SlotKind::BaseColor, 3, glm::vec3(baseColor)), pbr.baseColorTexture,
          {.color = true, .scale = glm::clamp(glm::vec3(baseColor), 0.0f, 1.0f)});
-    const float roughness = pbr["roughnessFactor"].real(1, 0, 1), metallic = pbr["metallicFactor"].real(1, 0, 1);
-    fill(slot(material, SlotKind::Roughness, 1, glm::vec3(roughness)), pbr["metallicRoughnessTexture"],
+    const auto roughness = float(pbr.roughnessFactor), metallic = float(pbr.metallicFactor);
+    fill(slot(material, SlotKind::Roughness, 1, glm::vec3(roughness)), pbr.metallicRoughnessTexture,
          {.channels = {1}, .scale = glm::vec3(roughness)});
-    fill(slot(material, SlotKind::Metallic, 1, glm::vec3(metallic)), pbr["metallicRoughnessTexture"],
+    fill(slot(material, SlotKind::Metallic, 1, glm::vec3(metallic)), pbr.metallicRoughnessTexture,
          {.channels = {2}, .scale = glm::vec3(metallic)});
-    const float specularFactor = specular["specularFactor"].real(1, 0, 1);
-    fill(slot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), specular["specularTexture"],
+    const float specularFactor = real(member(specular, "specularFactor"), 1);
+    fill(slot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), member(specular, "specularTexture"),
          {.channels = {3}, .scale = glm::vec3(specularFactor)});
-    const float strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].real(1, 0, kAny);
-    const glm::vec3 emission = glm::max(json["emissiveFactor"].vec(glm::vec3(0)), 0.0f) * strength;
-    if (!(glm::compMax(emission) <= kBrightest)) json["emissiveFactor"].fail("times its strength is too large a number");
-    fill(slot(material, SlotKind::Emission, 3, emission), json["emissiveTexture"], {.color = true, .scale = emission});
-    const JsonView normal = json["normalTexture"];
-    const float s = normal["scale"].real(1, -1e6f, 1e6f);
+    const float strength = real(member(extension(source.extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
+    const glm::vec3 emission = glm::max(vec(source.emissiveFactor, glm::vec3(0)), 0.0f) * strength;
+    if (!(glm::compMax(emission) <= kBrightest))
+        load_.document.at("materials[" + ordinal + "].emissiveFactor").fail("times its strength is too large a number");
+    fill(slot(material, SlotKind::Emission, 3, emission), source.emissiveTexture, {.color = true, .scale = emission});
+    const auto s = float(source.normalTexture.scale);
     Parameter& normals = slot(material, SlotKind::Normal, 3, glm::vec3(0, 0, 1));
-    fill(normals, normal, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
+    fill(normals, source.normalTexture, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
     material.hasNormalMap = normals.textured;
 
-    material.ior = extensions["KHR_materials_ior"]["ior"].real(1.5f, 0, kAny);
+    material.ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);
     if (material.ior > 0 && material.ior < 1) { // 0 is the extension's way to say: reflects everything
         load_.warn(material.name + ": index of refraction " + std::to_string(material.ior) + " is below 1 and counts as 1");
         material.ior = 1;
     }
-    material.specularColor = glm::max(specular["specularColorFactor"].vec(glm::vec3(1)), 0.0f);
-    if (specular["specularColorTexture"].exists()) load_.ignored.insert("specularColorTexture of " + material.name);
-    if (json["occlusionTexture"].exists()) load_.ignored.insert("occlusion textures");
+    material.specularColor = glm::max(vec(member(specular, "specularColorFactor"), glm::vec3(1)), 0.0f);
+    if (specular.Has("specularColorTexture")) load_.ignored.insert("specularColorTexture of " + material.name);
+    if (source.occlusionTexture.index >= 0) load_.ignored.insert("occlusion textures");
 
-    const std::string alphaMode = json["alphaMode"].string("OPAQUE");
-    if (alphaMode == "BLEND") {
-        load_.warn(material.name + ": alphaMode BLEND is rendered opaque");
-    } else if (alphaMode == "MASK") {
-        material.alphaMask = true;
-        material.alphaCutoff = json["alphaCutoff"].real(0.5f, 0, kAny);
+    if (source.alphaMode == "BLEND") load_.warn(material.name + ": alphaMode BLEND is rendered opaque");
+    material.alphaMask = source.alphaMode == "MASK";
+    if (material.alphaMask) {
+        material.alphaCutoff = float(source.alphaCutoff);
         material.alphaFactor = baseColor.a;
-        addAlphaTexture(material, pbr["baseColorTexture"]);
-    } else if (alphaMode != "OPAQUE") {
-        json["alphaMode"].fail("is \"" + alphaMode + "\"; glTF has OPAQUE, MASK and BLEND");
+        addAlphaTexture(material, pbr.baseColorTexture);
     }
     load_.scene.materials.push_back(std::move(material));
 }
@@ -169,12 +164,11 @@ void MaterialLoader::add(const JsonView& json, std::string name) {
 } // namespace
 
 void loadMaterials(GltfLoad& load) {
-    const JsonView materials = load.root["materials"];
-    load.scene.parameters.reserve((std::size_t(materials.size()) + 1) * kMaterialSlots + 1);
+    const std::vector<tinygltf::Material>& materials = load.model.materials;
+    load.scene.parameters.reserve((materials.size() + 1) * kMaterialSlots + 1);
     MaterialLoader loader(load);
-    for (std::uint32_t i = 0; i < materials.size(); ++i) loader.add(materials.at(i), "material" + std::to_string(i));
-    if (!usesDefaultMaterial(load)) return;
-    loader.add(JsonView(nullptr, load.document.name(), "the default material"), "material" + std::to_string(defaultMaterial(load)));
+    for (std::uint32_t i = 0; i < materials.size(); ++i) loader.add(materials[i], i);
+    if (usesDefaultMaterial(load)) loader.add({}, defaultMaterial(load));
 }
 
 } // namespace cmpg

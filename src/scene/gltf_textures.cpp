@@ -9,61 +9,45 @@ namespace {
 // Decoded images kept at once; several huge ones are decoded again rather than held together.
 constexpr std::size_t kCacheBytes = std::size_t(256) << 20;
 
-Wrap wrapMode(const JsonView& mode) {
-    switch (mode.integer(10497, 65535)) {
-    case 10497: return Wrap::Repeat;
-    case 33071: return Wrap::Clamp;
-    case 33648: return Wrap::Mirror;
-    default: mode.fail("is not a wrap mode of glTF");
-    }
+Wrap wrapMode(int mode) {
+    if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return Wrap::Clamp;
+    return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::Mirror : Wrap::Repeat;
 }
 
 // KHR_texture_transform: translation * rotation * scale, the rotation counter-clockwise as seen with v pointing down.
-glm::mat3x2 uvTransform(const JsonView& transform) {
-    const glm::vec2 offset = transform["offset"].vec(glm::vec2(0)), scale = transform["scale"].vec(glm::vec2(1));
-    const double angle = transform["rotation"].number(0);
+glm::mat3x2 uvTransform(const tinygltf::Value& transform) {
+    const glm::vec2 offset = vec(member(transform, "offset"), glm::vec2(0)), scale = vec(member(transform, "scale"), glm::vec2(1));
+    const double angle = number(member(transform, "rotation"), 0);
     const float c = float(std::cos(angle)), s = float(std::sin(angle));
     return {c * scale.x, -s * scale.x, s * scale.y, c * scale.y, offset.x, offset.y};
 }
 
 } // namespace
 
-std::optional<TextureUse> readTextureUse(GltfLoad& load, const JsonView& info) {
-    if (!info.exists()) return std::nullopt;
-    const JsonView textures = load.root["textures"], samplers = load.root["samplers"], images = load.root["images"];
-    const auto index = info["index"].index(textures.size(), "texture");
-    if (!index) info["index"].fail("is missing");
-    const JsonView texture = textures.at(*index);
-    const auto image = texture["source"].index(images.size(), "image");
-    if (!image) {
-        for (const std::string& extension : texture["extensions"].keys()) load.ignored.insert(extension);
-        load.warn(info.place() + " has no image in a format that is read, and counts as absent");
+std::optional<TextureUse> readTextureUse(GltfLoad& load, const TextureInfo& info) {
+    if (info.index < 0) return std::nullopt;
+    const tinygltf::Texture& texture = load.model.textures[std::size_t(info.index)];
+    const std::string place = "textures[" + std::to_string(info.index) + "]";
+    if (texture.source < 0) {
+        for (const auto& [extension, value] : texture.extensions) load.ignored.insert(extension);
+        load.warn(place + " has no image in a format that is read, and counts as absent");
         return std::nullopt;
     }
     TextureUse use;
-    use.image = *image;
-    use.linear = images.at(*image)["extras"].isObject() && images.at(*image)["extras"]["colorSpace"].string("") == "linear";
-    if (const auto sampler = texture["sampler"].index(samplers.size(), "sampler")) {
-        use.wrapU = wrapMode(samplers.at(*sampler)["wrapS"]);
-        use.wrapV = wrapMode(samplers.at(*sampler)["wrapT"]);
-        use.nearest = samplers.at(*sampler)["magFilter"].integer(9729, 65535) == 9728;
+    use.image = std::uint32_t(texture.source);
+    use.linear = text(member(load.model.images[use.image].extras, "colorSpace")) == "linear";
+    if (texture.sampler >= 0) {
+        const tinygltf::Sampler& sampler = load.model.samplers[std::size_t(texture.sampler)];
+        use.wrapU = wrapMode(sampler.wrapS);
+        use.wrapV = wrapMode(sampler.wrapT);
+        use.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
     }
-    const JsonView transform = info["extensions"]["KHR_texture_transform"];
-    use.uvTransform = uvTransform(transform);
-    const std::uint64_t texcoord = transform["texCoord"].integer(info["texCoord"].integer(0, 65535), 65535);
+    use.uvTransform = uvTransform(*info.transform);
+    const int texcoord = int(number(member(*info.transform, "texCoord"), info.texcoord));
     if (texcoord > 1)
-        load.warn(info.place() + " uses TEXCOORD_" + std::to_string(texcoord) + "; only sets 0 and 1 are read, and 0 is used instead");
+        load.warn(place + " is used with TEXCOORD_" + std::to_string(texcoord) + "; only sets 0 and 1 are read, and 0 is used instead");
     use.texcoord = texcoord == 1 ? 1 : 0;
     return use;
-}
-
-Bytes readImageBytes(GltfDocument& document, std::uint32_t image) {
-    const JsonView view = document.root()["images"].at(image);
-    if (view["uri"].exists()) return document.readUri(view["uri"]);
-    const auto index = view["bufferView"].index(document.root()["bufferViews"].size(), "buffer view");
-    if (!index) view.fail("has neither uri nor bufferView");
-    const std::span<const std::uint8_t> bytes = document.bufferView(*index);
-    return {bytes.begin(), bytes.end()};
 }
 
 const RawImage& ImageCache::get(std::uint32_t image) {
@@ -73,12 +57,12 @@ const RawImage& ImageCache::get(std::uint32_t image) {
         images_.clear();
         bytes_ = 0;
     }
-    const JsonView view = load_.root["images"].at(image);
+    const JsonView view = load_.document.root()["images"].at(image);
     std::string name = load_.document.name() + ": " + view.place();
     const std::string uri = view["uri"].string("");
     if (!uri.empty() && !isDataUri(uri)) name += " (" + uri + ")";
     const std::size_t edge = load_.options.maxTextureSize;
-    RawImage decoded = decodeImage(readImageBytes(load_.document, image), name, {.maxEdge = edge, .maxPixels = edge * edge});
+    RawImage decoded = decodeImage(load_.document.imageBytes(image), name, {.maxEdge = edge, .maxPixels = edge * edge});
     bytes_ += decoded.bytes.size() + decoded.values.size() * sizeof(float);
     return images_.emplace(image, std::move(decoded)).first->second;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/gltf_load.h"
+#include "scene/gltf_value.h"
 #include "scene/image_decode.h"
 
 #include <map>
@@ -26,8 +27,21 @@ struct TextureUse {
     }
 };
 
-// Nothing if `info` is absent, or names a texture only by an extension that is not supported (then a warning).
-std::optional<TextureUse> readTextureUse(GltfLoad& load, const JsonView& info);
+// A textureInfo: of a material, of its normal texture, or inside an extension. Without index there is none.
+struct TextureInfo {
+    template <class Info>
+    TextureInfo(const Info& info)
+        : index(info.index), texcoord(info.texCoord), transform(&extension(info.extensions, "KHR_texture_transform")) {}
+    TextureInfo(const tinygltf::Value& info)
+        : index(int(number(member(info, "index"), -1))), texcoord(int(number(member(info, "texCoord"), 0))),
+          transform(&member(member(info, "extensions"), "KHR_texture_transform")) {}
+
+    int index, texcoord;
+    const tinygltf::Value* transform; // in the model
+};
+
+// Nothing if `info` is absent, or its texture has an image only by an extension that is not supported (then a warning).
+std::optional<TextureUse> readTextureUse(GltfLoad& load, const TextureInfo& info);
 
 // Decoded images, each usually needed by several slots of one material.
 class ImageCache {
@@ -40,8 +54,5 @@ class ImageCache {
     std::map<std::uint32_t, RawImage> images_;
     std::size_t bytes_ = 0;
 };
-
-// The file of images[i], as stored.
-Bytes readImageBytes(GltfDocument& document, std::uint32_t image);
 
 } // namespace cmpg

@@ -1,7 +1,7 @@
 // Reading untrusted JSON: every access is checked and every complaint names the place in the file.
 #pragma once
 
-#include <glm/glm.hpp>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,7 +17,7 @@ class JsonView {
     JsonView(const Json* value, const std::string& file, std::string place) : value_(value), file_(&file), place_(std::move(place)) {}
 
     bool exists() const { return value_ != nullptr; }
-    bool isObject() const { return exists() && value_->is_object(); } // extras may be anything
+    bool isObject() const { return exists() && value_->is_object(); }
     const std::string& place() const { return place_; }
 
     // Member of an object, absent if there is none; fails if this is present and no object.
@@ -25,34 +25,30 @@ class JsonView {
     // Arrays; an absent one is empty.
     std::uint32_t size() const;
     JsonView at(std::uint32_t i) const;
+    template <class F> void each(const F& f) const {
+        for (std::uint32_t i = 0, end = size(); i < end; ++i) f(at(i));
+    }
     std::vector<std::string> keys() const;
 
-    // Values; each fails if the type is wrong, and without fallback if the value is absent.
-    double number() const;
-    double number(double fallback) const { return exists() ? number() : fallback; }
-    float real(float fallback) const { return exists() ? float(inFloatRange(number())) : fallback; }
-    // Real number in [lowest, highest].
-    float real(float fallback, float lowest, float highest) const;
-    std::uint64_t integer(std::uint64_t fallback, std::uint64_t highest) const;
-    bool boolean(bool fallback) const;
-    std::string string() const;
-    std::string string(const std::string& fallback) const { return exists() ? string() : fallback; }
+    // Each fails if the value has another type or lies elsewhere; an absent one is right unless required(), and the lowest
+    // integer.
+    const JsonView& required() const;
+    void number(float lowest = -kAny, float highest = kAny) const;
+    void numbers(std::uint32_t count) const;
+    std::uint64_t integer(std::uint64_t lowest, std::uint64_t highest) const; // 3.0 is one, too
     // Index into an array of `count` things; nullopt if absent.
     std::optional<std::uint32_t> index(std::uint32_t count, const char* ofWhat) const;
-    // Exactly N numbers.
-    template <int N, class T> glm::vec<N, T> vec(glm::vec<N, T> fallback) const {
-        if (!exists()) return fallback;
-        requireSize(N);
-        for (int i = 0; i < N; ++i) fallback[i] = T(inFloatRange(at(std::uint32_t(i)).number()));
-        return fallback;
-    }
-    void requireSize(std::uint32_t count) const;
+    void oneOf(const Json& allowed) const;
+    bool boolean(bool fallback) const;
+    std::string string() const { return required().string(""); }
+    std::string string(const std::string& fallback) const;
 
     [[noreturn]] void fail(const std::string& what, const std::string& cause = "the file is damaged or was written by a faulty exporter",
                            const std::string& remedy = "re-export the scene") const;
 
   private:
-    double inFloatRange(double v) const;
+    static constexpr float kAny = std::numeric_limits<float>::max();
+    double value() const;
 
     const Json* value_;
     const std::string* file_; // outlives every view of it

@@ -52,6 +52,7 @@ std::vector<Case> cases() {
         {"glTF 1", set("/asset/version", "1.0"), "asset.version"},
         {"required extension", set("/extensionsRequired", {"KHR_draco_mesh_compression"}), "KHR_draco_mesh_compression"},
         {"nodes is a number", set("/nodes", 3), "nodes"},
+        {"animations is a number", set("/animations", -1), "animations"},
         {"a node is a string", set("/nodes/0", "x"), "nodes[0]"},
         {"scene out of range", set("/scene", 7), "scene names scene 7"},
         {"negative scene", set("/scene", -1), "scene"},
@@ -263,6 +264,8 @@ GltfWriter richScene(const TempFolder& folder) {
                                {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"baseColorFactor", {1, 1, 1, 1}}}},
                                {"extensions", {{"KHR_materials_ior", {{"ior", 1.4}}}}}};
     primitive(w)["indices"] = w.indices({0, 1, 2});
+    w.json["skins"] = {{{"joints", {0}}}};
+    w.json["animations"] = {{{"channels", {{{"sampler", 0}}}}}};
     w.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.7}}}}};
     json(w, "/nodes/0/camera") = 0;
     json(w, "/nodes/0/extensions") = {{"KHR_lights_punctual", {{"light", 0}}}};
