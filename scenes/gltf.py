@@ -106,6 +106,17 @@ class Mesh:
         self.indices += [base + i for i in other.indices]
         return self
 
+    def used(self):
+        """Without the vertices that no triangle uses: poles have one too many."""
+        order = sorted(set(self.indices))
+        place = {old: new for new, old in enumerate(order)}
+        result = Mesh()
+        result.positions = [self.positions[i] for i in order]
+        result.normals = [self.normals[i] for i in order] if self.normals else []
+        result.uvs = [self.uvs[i] for i in order] if self.uvs else []
+        result.indices = [place[i] for i in self.indices]
+        return result
+
 
 def rotation(axis, degrees):
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -182,6 +193,7 @@ class Gltf:
         return self.append("accessors", item)
 
     def mesh(self, name, mesh, material):
+        mesh = mesh.used()
         textured = any("index" in t for t in self._textures(material))
         attributes = {"POSITION": self.accessor([c for p in mesh.positions for c in p], FLOAT, 3, VERTICES)}
         if mesh.normals:

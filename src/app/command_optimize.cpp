@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <unistd.h>
 
 namespace cmpg {
@@ -89,6 +90,9 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
         const Parameter& parameter = run.scene().parameters[run.parameters()[p]];
         sheet.gradients.push_back({parameter.name, parameterImage(parameter, run.gradients()[p])});
     }
+    // Textures first: there may be more parameters than rows, and a constant's gradient is a single colour.
+    std::stable_sort(sheet.gradients.begin(), sheet.gradients.end(),
+                     [](const auto& a, const auto& b) { return a.gradient.pixels() > b.gradient.pixels(); });
     sheet.loss = report.loss;
     const std::filesystem::path picture = folder.path() / "contact_sheet.png", curve = folder.path() / "loss.svg";
     writePng(picture, sheet.compose());
@@ -116,7 +120,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     folder.writeInitial(run, pictureSpp);
 
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
-    const bool done = run.run([&](const StepReport& step) {
+    const auto afterStep = [&](const StepReport& step) {
         report.loss.push_back(step.loss);
         report.seconds.primal += step.secondsPrimal;
         report.seconds.gradient += step.secondsGradient;
@@ -126,7 +130,16 @@ ExitCode runOptimize(const Options& options, Report& report) {
         folder.appendStep(step);
         if (!options.quiet)
             progress.update(step);
-    });
+    };
+    bool done = false;
+    std::optional<Error> failure;
+    try {
+        done = run.run(afterStep);
+    } catch (const Error& e) {
+        if (e.code != ExitCode::Numerical)
+            throw;
+        failure = e; // the parameters are still those of the step before: worth keeping
+    }
     if (!options.quiet)
         progress.finish();
 
@@ -137,6 +150,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
     session.finish();
     if (!options.quiet)
         textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
+    if (failure)
+        throw *failure;
     return done ? ExitCode::Done : ExitCode::Interrupted;
 }
 

@@ -2,10 +2,13 @@
 #include "app/commands.h"
 #include "app/output.h"
 #include "app/signed_colors.h"
+#include "base/log.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <ostream>
+#include <vector>
 
 namespace cmpg {
 namespace {
@@ -19,6 +22,28 @@ Image exposed(const Image& image, float exposure) {
             result.values[p * 3 + c] = std::clamp(value * factor, 0.f, 1.f);
         }
     return result;
+}
+
+// Exposure that shows most of an image, where the one asked for shows next to nothing of it: lights in candela, for instance, make
+// images of thousands.
+std::optional<float> betterExposure(const Image& image, float exposure) {
+    constexpr double kPlace = 0.95;                       // of all pixels, to become white
+    constexpr float kDimmest = 0.02f, kBrightest = 10.f;  // where that pixel may lie, white being 1
+    std::vector<float> brightness;
+    for (std::size_t p = 0; p < image.pixels(); ++p) {
+        const float* first = &image.values[p * image.channels];
+        const float value = *std::max_element(first, first + std::min(image.channels, 3));
+        if (std::isfinite(value))
+            brightness.push_back(value);
+    }
+    if (brightness.empty())
+        return {};
+    const auto place = brightness.begin() + std::ptrdiff_t(kPlace * double(brightness.size() - 1));
+    std::nth_element(brightness.begin(), place, brightness.end());
+    const float shown = *place * std::exp2(exposure);
+    if (!(*place > 0) || (shown >= kDimmest && shown <= kBrightest))
+        return {};
+    return -std::round(2 * std::log2(*place)) / 2;
 }
 
 // The image over its legend. Small images (gradients of textures) are enlarged so that the legend has room.
@@ -49,6 +74,12 @@ ExitCode runView(const Options& options, Report& report) {
         report.extra["scale"] = scale;
     } else {
         writePng(options.output, exposed(image, options.exposure));
+        if (const auto better = betterExposure(image, options.exposure)) {
+            char line[96];
+            std::snprintf(line, sizeof line, "the picture is nearly all %s: try --exposure %g", *better < options.exposure ? "white" : "black",
+                          double(*better));
+            logWarn(line);
+        }
     }
     report.outputs.emplace_back("image", options.output);
     return ExitCode::Done;

@@ -49,8 +49,9 @@ ExitCode explain(const Error& e) {
     std::cerr << "cmpg-vk: " << e.what() << '\n';
     if (!e.cause.empty())
         std::cerr << "  cause:  " << e.cause << '\n';
-    if (!e.remedy.empty())
-        std::cerr << "  remedy: " << e.remedy << '\n';
+    const bool usage = e.code == ExitCode::Usage; // whose cause is the command line, as the message says
+    if (!e.remedy.empty() || usage)
+        std::cerr << "  remedy: " << (e.remedy.empty() ? "cmpg-vk --help lists the options with their values and defaults" : e.remedy) << '\n';
     return e.code;
 }
 

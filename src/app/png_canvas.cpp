@@ -57,7 +57,7 @@ void Canvas::line(double x0, double y0, double x1, double y1, Color color, int t
 
 void Canvas::text(int x, int y, std::string_view text, Color color, int zoom) {
     for (const char character : text) {
-        for (int j = 0; j < kGlyphHeight; ++j)
+        for (int j = 0; j < kGlyphHeight + kGlyphDescent; ++j)
             for (int i = 0; i < kGlyphWidth; ++i)
                 if (glyphPixel(character, i, j))
                     rectangle(x + i * zoom, y + j * zoom, zoom, zoom, color);

@@ -14,8 +14,6 @@ Scene openScene(const Options& options) {
     Scene scene = loadGltf(options.input);
     for (const std::string& warning : scene.warnings)
         logWarn(warning);
-    if (scene.skippedTriangles > 0)
-        logWarn(std::to_string(scene.skippedTriangles) + " degenerate triangles skipped");
     for (const std::string& assignment : options.set)
         applySet(scene, assignment);
     return scene;
@@ -43,6 +41,14 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
         view.height = int(*options.height);
         view.width = edge(view.height * aspect);
     }
+    constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28; // as many as images that are read may have
+    if (std::uint64_t(view.width) * std::uint64_t(view.height) > kMostPixels)
+        throw Error(ExitCode::Usage,
+                    "an image of " + std::to_string(view.width) + "x" + std::to_string(view.height) + " is larger than " +
+                        std::to_string(kMostPixels >> 20) + " million pixels",
+                    "its floats alone would take " + std::to_string((std::uint64_t(view.width) * std::uint64_t(view.height) * 12) >> 30) +
+                        " GiB of host memory",
+                    "lower --width or --height");
     return view;
 }
 
