@@ -99,7 +99,7 @@ struct Renderer::Impl {
         pass.maxDepth = config.maxDepth;
         pass.threads = device.driverThreads();
         Wavefront& w = wavefronts.try_emplace({mode, layers}, device, features, pass).first->second;
-        warmUp(device, w.kernels());
+        warmUp(device, w.kernels(), w.bindings(buffers, *pools).front());
         return w;
     }
 
@@ -194,8 +194,10 @@ struct Renderer::Impl {
     void countRays() {
         const auto counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
         statistics.paths += counts[0].rays;
-        for (const gpu::QueueCounts& c : counts)
+        for (const gpu::QueueCounts& c : counts) {
             statistics.rays += std::uint64_t(c.rays) + c.shadowRays;
+            statistics.dropped["unfinished rays"] += c.unfinished;
+        }
     }
 
     std::uint32_t countDropped() {

@@ -103,12 +103,8 @@ Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSe
 
 std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
 
-void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
-    const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
-    const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
-    const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
-    const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
-
+std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools& pools) const {
+    const std::uint32_t depth = pools.maxDepth;
     Bindings common;
     scene.bind(common);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
@@ -126,6 +122,15 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
         atBounce[b].set(gpu::kBindTape, here.tape).set(gpu::kBindNextTape, next.tape);
         atBounce[b].set(gpu::kBindTangents, here.tangents).set(gpu::kBindNextTangents, next.tangents);
     }
+    return atBounce;
+}
+
+void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
+    const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
+    const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
+    const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
+    const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
+    const std::vector<Bindings> atBounce = bindings(scene, pools);
 
     commands.dispatch(generate_, atBounce[0], n, gpu::BouncePush{0, n});
     commands.barrier();
@@ -148,10 +153,10 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     for (std::uint32_t b = depth; b-- > 0;) {
         for (std::uint64_t first = 0; first < entries; first += slice) {
             const std::uint64_t count = std::min(slice, entries - first);
-            Bindings bindings = atBounce[b];
+            Bindings sliced = atBounce[b];
             if (pass_.mode == kModeReverse)
-                bindings.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            commands.dispatchIndirect(scan_, bindings, pools.counts, vertexGroups(b),
+                sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
+            commands.dispatchIndirect(scan_, sliced, pools.counts, vertexGroups(b),
                                       gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
         }
         commands.barrier();

@@ -36,6 +36,8 @@ class Wavefront {
     // where a film is wanted.
     void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const;
     std::vector<const Kernel*> kernels() const;
+    // What the kernels are bound to at each bounce.
+    std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools) const;
 
   private:
     Device& device_;
