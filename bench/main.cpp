@@ -6,6 +6,7 @@
 
 int main() try {
     cmpg::bench::traversal();
+    cmpg::bench::step(CMPG_SCENES);
     return 0;
 } catch (const cmpg::Error& e) {
     std::fprintf(stderr, "%s\n%s\n%s\n", e.what(), e.cause.c_str(), e.remedy.c_str());

@@ -25,7 +25,7 @@ layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
 layout(constant_id = kFeatureThreads) const uint kThreads = 1;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
-const bool kTextures = kTexturedSlots != 0;
+const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;
 const bool kTexturedBaseColor = (kTexturedSlots & (1u << kSlotBaseColor)) != 0;

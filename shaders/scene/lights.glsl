@@ -37,7 +37,7 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
     const float probability = uintBitsToFloat(head.z);
     if (kTriangleLights && head.x == kLightTriangle) {
         const vec2 b = sampleTriangle(u.yz);
-        if (kTexturedEmission) {
+        if (kTexturedEmission || kAlphaMask) {
             const SurfacePoint p = surfacePoint(head.y, b);
             s.uv0 = p.uv0;
             s.uv1 = p.uv1;

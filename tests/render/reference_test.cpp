@@ -152,19 +152,24 @@ TEST_P(Mitsuba, Agrees) {
     EXPECT_LE(std::abs(scores.back()), 12) << "a block that no tail explains";
 }
 
-std::vector<std::string> names() {
-    std::vector<std::string> all;
+// The noisy ones need many samples: they are the long tests.
+std::vector<std::string> names(bool noisy) {
+    std::vector<std::string> chosen;
     const nlohmann::json r = references();
     for (const auto& [name, value] : r.items())
-        all.push_back(name);
-    return all;
+        if ((value["what"] != "image" && value["spp"] > 128) == noisy)
+            chosen.push_back(name);
+    return chosen;
 }
 
-INSTANTIATE_TEST_SUITE_P(References, Mitsuba, testing::ValuesIn(names()), [](const auto& reference) {
+std::string testName(const testing::TestParamInfo<std::string>& reference) {
     std::string name = reference.param;
     std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
     return name;
-});
+}
+
+INSTANTIATE_TEST_SUITE_P(References, Mitsuba, testing::ValuesIn(names(false)), testName);
+INSTANTIATE_TEST_SUITE_P(FullReferences, Mitsuba, testing::ValuesIn(names(true)), testName);
 
 } // namespace
 } // namespace cmpg::test
