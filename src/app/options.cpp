@@ -197,6 +197,20 @@ void readConfig(const std::string& file, Options& options) {
     applyConfig(config, options);
 }
 
+// Whether the arguments name a command; mistakes in them are somebody else's business.
+bool namesCommand(int argc, const char* const* argv) {
+    Options ignored;
+    CLI::App app;
+    addCommon(app, ignored);
+    addCommands(app, ignored);
+    app.allow_extras();
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Error&) {
+    }
+    return !app.get_subcommands().empty();
+}
+
 } // namespace
 
 const char* commandName(Command command) {
@@ -220,8 +234,12 @@ std::uint32_t Options::effectiveSppGradient() const {
 
 Options parseOptions(int argc, const char* const* argv) {
     Options o;
-    if (const std::string config = findConfig(argc, argv); !config.empty())
+    std::vector<const char*> arguments(argv, argv + argc);
+    if (const std::string config = findConfig(argc, argv); !config.empty()) {
         readConfig(config, o);
+        if (o.command != Command::None && !namesCommand(argc, argv)) // options of its own may follow
+            arguments.insert(arguments.begin() + 1, commandName(o.command));
+    }
     CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
     app.set_help_flag("-h,--help", "This text; after a command, that command alone");
     app.get_formatter()->column_width(44);
@@ -233,7 +251,7 @@ Options parseOptions(int argc, const char* const* argv) {
     addCommands(app, o);
     app.require_subcommand(0, 1);
     try {
-        app.parse(argc, argv);
+        app.parse(int(arguments.size()), arguments.data());
     } catch (const CLI::CallForHelp&) {
         const auto chosen = app.get_subcommands();
         if (!chosen.empty())

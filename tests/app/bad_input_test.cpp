@@ -74,7 +74,7 @@ TEST_F(BadInput, Files) {
         return arguments;
     };
     expect({
-        {{"render", gltf, "-o", out, "--json"}, 3, "scene.bin"},
+        {{"render", gltf, "-o", out, "--json"}, 3, "truncated"},
         {{"render", nothing, "-o", out}, 3, "nothing.gltf"},
         {{"render", folder / "scene.glb", "-o", out}, 3, "scene.glb"},
         {{"render", folder.path(), "-o", out}, 3, "not a regular file"},

@@ -218,6 +218,19 @@ TEST(Options, CommandLineOverridesTheConfiguration) {
     EXPECT_EQ(other.set.size(), 2u);
 }
 
+TEST(Options, TheConfigurationsCommandTakesItsOwnOptions) {
+    const test::TemporaryFolder folder;
+    const std::string file = folder / "run.json";
+    test::writeText(file, R"({"command": "optimize", "input": "/s.gltf", "param": ["a.b"], "target": ["/t.exr"], "steps": 5})");
+    const Options o = parse({"--config", file, "--steps", "7", "-o", "view", "--loss=l1"}); // a folder named as a command
+    EXPECT_EQ(o.command, Command::Optimize);
+    EXPECT_EQ(o.input, "/s.gltf");
+    EXPECT_EQ(o.steps, 7u);
+    EXPECT_EQ(o.output, "view");
+    EXPECT_EQ(o.loss, Loss::L1);
+    EXPECT_EQ(parseCode({"--config", file, "-o", "run", "--layers", "l.exr"}), ExitCode::Usage); // of another command
+}
+
 TEST(Options, RefusesBadConfigurations) {
     const test::TemporaryFolder folder;
     const std::string file = folder / "run.json";
