@@ -56,7 +56,7 @@ TEST(SignedColors, ScaleIsAPercentileRoundedUp) {
 TEST(BitmapFont, CharactersDiffer) {
     const auto bits = [](char c) {
         std::uint64_t b = 0;
-        for (int y = 0; y < kGlyphHeight; ++y)
+        for (int y = 0; y < kGlyphHeight + kGlyphDescent; ++y)
             for (int x = 0; x < kGlyphWidth; ++x)
                 b = b << 1 | (glyphPixel(c, x, y) ? 1u : 0u);
         return b;
