@@ -83,7 +83,8 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
     if (!report.loss.empty())
         std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss),
                       report.loss.front(), report.loss.back());
-    sheet.title = std::filesystem::path(options.input).filename().string() + numbers;
+    const std::filesystem::path scene = std::filesystem::absolute(options.input);
+    sheet.title = (scene.parent_path().filename() / scene.filename()).string() + numbers; // many scenes are called scene.gltf
     for (std::size_t v = 0; v < views.views.size(); ++v)
         sheet.views.push_back({views.names[v], run.config().targets[v].image, folder.initialImages().at(v), folder.finalImages().at(v)});
     for (std::size_t p = 0; p < run.gradients().size(); ++p) {
