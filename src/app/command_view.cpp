@@ -61,7 +61,7 @@ Image withLegend(const Image& values, double scale) {
 
 ExitCode runView(const Options& options, Report& report) {
     requireWritableFile(options.output, ".png");
-    const Image image = readImage(options.input).image;
+    const Image image = readImage(options.input, false, std::size_t(1) << 28, options.layer).image;
     report.width = image.width;
     report.height = image.height;
     if (options.isSigned) {

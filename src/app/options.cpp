@@ -165,6 +165,7 @@ void addCommands(CLI::App& app, Options& o) {
         ->allow_extra_args(false);
 
     CLI::App* view = addCommand(app, o, Command::View, "Make an EXR image into a PNG to look at: -o FILE.png", "Image");
+    view->add_option("--layer", o.layer, "Layer of an EXR file with several, such as --layers writes")->option_text("NAME");
     view->add_flag("--signed", o.isSigned, "Signed data: blue below zero, orange above, with the scale");
     view->add_option("--exposure", o.exposure, "Multiply by 2^E")->option_text(kind("E", "0"));
     view->add_option("--scale", o.scale, "Signed: the value of the deepest colour")->option_text(kind("S", "99.5th percentile of |value|"));

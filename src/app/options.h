@@ -64,6 +64,7 @@ struct Options {
     bool isSigned = false;
     float exposure = 0;
     std::optional<float> scale;
+    std::string layer;
 
     std::uint32_t effectiveSpp() const;         // of images
     std::uint32_t effectiveSppGradient() const; // of derivative passes

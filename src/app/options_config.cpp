@@ -56,6 +56,7 @@ template <class O, class V> void visitView(O& o, V&& v) {
     v("signed", o.isSigned);
     v("exposure", o.exposure);
     v("scale", o.scale);
+    v("layer", o.layer);
 }
 
 [[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {

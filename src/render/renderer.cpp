@@ -32,6 +32,16 @@ struct PassInput {
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
 };
 
+PassInput passInput(const View& view, const PassKey& key, std::uint32_t spp) {
+    PassInput in;
+    in.view = view;
+    in.key = key;
+    in.width = std::uint32_t(view.width);
+    in.height = std::uint32_t(view.height);
+    in.spp = spp;
+    return in;
+}
+
 void placeCamera(gpu::Batch& b, const View& view) {
     const Camera& c = *view.camera;
     const float aspect = float(view.width) / float(view.height);
@@ -211,12 +221,7 @@ struct Renderer::Impl {
     }
 
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
-        PassInput in;
-        in.view = view;
-        in.key = key;
-        in.width = std::uint32_t(view.width);
-        in.height = std::uint32_t(view.height);
-        in.spp = spp;
+        const PassInput in = passInput(view, key, spp);
         Image result(view.width, view.height, 3);
         if (layers)
             *layers = {Image(view.width, view.height, 3), Image(view.width, view.height, 1), Image(view.width, view.height, 3),
@@ -314,12 +319,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     Impl& r = *impl_;
     if (adjoint.width != view.width || adjoint.height != view.height || adjoint.channels != 3)
         throw Error(ExitCode::Usage, "the adjoint's size differs from the view's");
-    PassInput in;
-    in.view = view;
-    in.key = key;
-    in.width = std::uint32_t(view.width);
-    in.height = std::uint32_t(view.height);
-    in.spp = spp;
+    PassInput in = passInput(view, key, spp);
     in.perPixel = perPixel;
     in.weights = weights;
     in.adjoint = &adjoint;

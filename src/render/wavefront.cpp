@@ -103,6 +103,8 @@ Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSe
 
 std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
 
+std::uint64_t Wavefront::gradientSlice() const { return device_.info().maxStorageBufferRange / 8 & ~std::uint64_t(255); }
+
 std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools& pools) const {
     const std::uint32_t depth = pools.maxDepth;
     Bindings common;
@@ -110,7 +112,8 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
     common.set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
-    common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction).set(gpu::kBindGradients, pools.gradients);
+    common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction);
+    common.set(gpu::kBindGradients, pools.gradients, 0, std::min(pools.gradients.size(), gradientSlice() * 8));
     common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);
     std::vector<Bindings> atBounce(depth, common);
     for (std::uint32_t b = 0; b < depth; ++b) {
@@ -149,7 +152,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     }
 
     const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
-    const std::uint64_t slice = device_.info().maxStorageBufferRange / 8 & ~std::uint64_t(255);
+    const std::uint64_t slice = gradientSlice();
     for (std::uint32_t b = depth; b-- > 0;) {
         for (std::uint64_t first = 0; first < entries; first += slice) {
             const std::uint64_t count = std::min(slice, entries - first);

@@ -40,6 +40,8 @@ class Wavefront {
     std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools) const;
 
   private:
+    std::uint64_t gradientSlice() const; // gradient entries one binding reaches
+
     Device& device_;
     FeatureSet::Pass pass_;
     Kernel generate_, prepare_, traceCamera_, trace_, shade_, shadow_, scan_, gather_;

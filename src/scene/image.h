@@ -28,8 +28,9 @@ struct ReadImage {
 };
 
 // Reads .exr .hdr .png .jpg by content. 8-bit files are sRGB-decoded unless `linear`. Throws Error(Input) on anything malformed
-// or larger than `maxPixels`.
-ReadImage readImage(const std::filesystem::path& file, bool linear = false, std::size_t maxPixels = std::size_t(1) << 28);
+// or larger than `maxPixels`. `layer`: of an EXR file with several.
+ReadImage readImage(const std::filesystem::path& file, bool linear = false, std::size_t maxPixels = std::size_t(1) << 28,
+                    const std::string& layer = {});
 
 // float32, ZIP, exactly R,G,B (one channel is written three times), no attribute that differs between equal runs.
 // Written aside and renamed. Throws Error(Output).

@@ -28,6 +28,7 @@ struct RawImage {
 struct ImageLimits {
     std::size_t maxEdge = 65536;
     std::size_t maxPixels = std::size_t(1) << 28;
+    std::string layer = {}; // of an EXR file with several: read `layer`.R or .X and so on
 };
 
 // Reads .exr .hdr .png .jpg by content; `name` stands in messages. Throws Error(Input) on anything malformed, non-finite or too large.

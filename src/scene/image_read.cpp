@@ -57,20 +57,27 @@ class MemoryInput : public Imf::IStream {
     std::uint64_t place_ = 0;
 };
 
-// Names of the channels to read, in order: R G B [A], else a single one (scalars are stored as Y by most programs).
-std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std::string& name) {
-    if (list.findChannel("R") && list.findChannel("G") && list.findChannel("B")) {
+// Names of the channels to read, in order: those of the layer where one is named; else R G B [A], else a single one (scalars are stored
+// as Y by most programs).
+std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std::string& name, const std::string& layer) {
+    for (const std::array<const char*, 3>& set : {std::array{".R", ".G", ".B"}, std::array{".X", ".Y", ".Z"}})
+        if (!layer.empty() && list.findChannel(layer + set[0]) && list.findChannel(layer + set[1]) && list.findChannel(layer + set[2]))
+            return {layer + set[0], layer + set[1], layer + set[2]};
+    for (const char* single : {".Y", ".Z", ""})
+        if (!layer.empty() && list.findChannel(layer + single)) return {layer + single};
+    if (layer.empty() && list.findChannel("R") && list.findChannel("G") && list.findChannel("B")) {
         std::vector<std::string> chosen{"R", "G", "B"};
         if (list.findChannel("A")) chosen.emplace_back("A");
         return chosen;
     }
     std::vector<std::string> all;
     for (auto i = list.begin(); i != list.end(); ++i) all.emplace_back(i.name());
-    if (all.size() == 1) return all;
-    if (all.size() == 2 && list.findChannel("Y") && list.findChannel("A")) return {"Y", "A"};
+    if (layer.empty() && all.size() == 1) return all;
+    if (layer.empty() && all.size() == 2 && list.findChannel("Y") && list.findChannel("A")) return {"Y", "A"};
     std::string found;
     for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 12); ++i) found += " " + all[i];
-    throw malformed(name, "it needs channels R, G, B or a single one, but has:" + (found.empty() ? " none" : found));
+    throw Error(ExitCode::Input, name + (layer.empty() ? " has neither channels R, G, B nor a single one" : " has no layer '" + layer + "'"),
+                "its channels are:" + (found.empty() ? " none" : found), "name one of its layers (view --layer NAME) or store the image as R, G, B");
 }
 
 RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
@@ -85,7 +92,7 @@ RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, 
     Imf::InputFile input(stream, 1);
     const Imath::Box2i window = input.header().dataWindow();
     const std::int64_t width = std::int64_t(window.max.x) - window.min.x + 1, height = std::int64_t(window.max.y) - window.min.y + 1;
-    const std::vector<std::string> channels = chooseChannels(input.header().channels(), name);
+    const std::vector<std::string> channels = chooseChannels(input.header().channels(), name, limits.layer);
     if (width <= 0 || height <= 0) throw malformed(name, "it has no pixels");
     checkSize(std::uint64_t(width), std::uint64_t(height), channels.size() * sizeof(float), name, limits);
 
@@ -182,8 +189,8 @@ const float* srgbTable() {
     return table.data();
 }
 
-ReadImage readImage(const std::filesystem::path& file, bool linear, std::size_t maxPixels) {
-    const RawImage raw = decodeImage(readFile(file), file.string(), {.maxEdge = std::size_t(1) << 20, .maxPixels = maxPixels});
+ReadImage readImage(const std::filesystem::path& file, bool linear, std::size_t maxPixels, const std::string& layer) {
+    const RawImage raw = decodeImage(readFile(file), file.string(), {.maxEdge = std::size_t(1) << 20, .maxPixels = maxPixels, .layer = layer});
     const bool encoded = !raw.linear && !linear;
     const auto value = [&](std::size_t i) {
         if (!raw.bytes.empty()) return encoded ? srgbTable()[raw.bytes[i]] : float(raw.bytes[i]) / 255.0f;

@@ -71,6 +71,19 @@ TEST(Exr, LayersKeepTheirNames) {
     EXPECT_EQ(codeOf([&] { writeExrLayers(folder / "l.exr", {{"a", ramp(4, 4, 1)}, {"b", ramp(4, 5, 1)}}); }), ExitCode::Output);
 }
 
+TEST(Exr, ReadsALayerByName) {
+    const TempFolder folder;
+    Image depth = ramp(2, 1, 1), x = ramp(2, 1, 1), y = ramp(2, 1, 1), z = ramp(2, 1, 1);
+    y.values = {10, 20};
+    z.values = {-1, -2};
+    writeExrLayers(folder / "l.exr", {{"depth.Z", depth}, {"normal.X", x}, {"normal.Y", y}, {"normal.Z", z}});
+    const auto layer = [&](const char* name) { return readImage(folder / "l.exr", false, 100, name).image; };
+    EXPECT_EQ(layer("depth").values, depth.values);
+    EXPECT_EQ(layer("normal").values, (std::vector<float>{x.values[0], 10, -1, x.values[1], 20, -2}));
+    EXPECT_EQ(codeOf([&] { layer("albedo"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { layer(""); }), ExitCode::Input);
+}
+
 TEST(Exr, ReadsOneChannelAndAlpha) {
     const TempFolder folder;
     saveExr(folder / "y.exr", 2, 1, "Y", {0.5f, 7});
