@@ -177,6 +177,28 @@ TEST(Derivative, BrightLampInABlackRoom) {
     EXPECT_EQ(s.renderer->statistics().dropped.at("saturated gradient"), 0u);
 }
 
+// 4096 x 4096 texels: the gradient sums exceed what one binding reaches, so the scan runs once a slice.
+TEST(Derivative, FullLargeTexture) {
+    Scene scene = bundledScene("box");
+    Parameter& p = scene.parameters[scene.parameter("painting.baseColor")];
+    p.width = p.height = 4096;
+    p.bytes.clear();
+    p.values.assign(p.entries(), 0.0f);
+    for (std::size_t i = 0; i < p.values.size(); ++i)
+        p.values[i] = 0.2f + 0.6f * float(i % 977) / 977.0f;
+    Bench s(std::move(scene), {"painting.baseColor"});
+    ASSERT_GT(s.ones()[0].size() * 8, device().info().maxStorageBufferRange);
+    const View view = viewOf(s.scene, 64, 64);
+    const PassKey key{5, 0, 1};
+    const Image forward = s.renderer->forward(view, 4, key, s.config.differentiable, s.ones());
+    std::vector<std::vector<double>> gradients;
+    s.renderer->reverse(view, 4, key, Image(64, 64, 3, 1.0f), {}, {}, gradients);
+    const double forwardSum = meanOf(forward) * double(forward.values.size());
+    const double reverseSum = std::accumulate(gradients[0].begin(), gradients[0].end(), 0.0);
+    ASSERT_GT(forwardSum, 0);
+    EXPECT_NEAR(reverseSum, forwardSum, 1e-4 * forwardSum);
+}
+
 // A black albedo has a derivative: light that would be reflected if it were not black.
 TEST(Derivative, BlackAlbedo) {
     Bench black(bundledScene("box"), {"painting.baseColor"});
