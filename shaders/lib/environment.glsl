@@ -18,12 +18,8 @@ vec3 environmentDirection(vec2 uv) {
     return vec3(r * sin(phi), cos(theta), -r * cos(phi));
 }
 
-// Rotation about +y: world = R_y(angle) * environment. The inverse is the opposite angle.
-vec3 rotateY(vec3 d, float angle) {
-    float c = cos(angle);
-    float s = sin(angle);
-    return vec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
-}
+// Rotation about +y by the angle with this cosine and sine: world = R_y(angle) * environment. The inverse has the opposite sine.
+vec3 rotateY(vec3 d, float c, float s) { return vec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x); }
 
 // (column, row) of the cell that contains uv.
 uvec2 environmentCell(vec2 uv, uint width, uint height) {

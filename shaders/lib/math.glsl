@@ -11,8 +11,6 @@ const float kMinCosine = 1e-9;
 
 float square(float x) { return x * x; }
 float maxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
-float meanComponent(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
-float luminance(vec3 v) { return 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z; } // Rec. 709 primaries
 float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
 
 // sin(x) for x in [0, pi/2], to 1e-7 of itself. Vulkan lets sin() be off by 2^-11, and drivers use that: of a small angle nothing may

@@ -10,13 +10,6 @@ vec3 sampleCosineHemisphere(vec2 u) {
     return vec3(r * cos(phi), r * sin(phi), safeSqrt(1.0 - u.x));
 }
 
-// Whole sphere with density 1 / (4 pi) per steradian.
-vec3 sampleSphere(vec2 u) {
-    float r = 2.0 * sqrt(u.x * (1.0 - u.x));
-    float phi = 2.0 * kPi * u.y;
-    return vec3(r * cos(phi), r * sin(phi), 1.0 - 2.0 * u.x);
-}
-
 // Weights of the second and third vertex of a point uniform on a triangle. Folds the square along its diagonal, which keeps
 // strata whole (Heitz 2019, "A Low-Distortion Map Between Triangle and Square", section 3).
 vec2 sampleTriangle(vec2 u) {

@@ -4,14 +4,8 @@
 #include "shared/light.h"
 #include "shared/scene_info.h"
 #include "shared/batch.h"
-#include "lib/read_buffers.glsl"
+#include "scene/material_tables.glsl"
 READ_VEC4(triangleTexel, kBindTriangles)
-READ_UVEC4(triangleIndices, kBindIndices)
-READ_VEC4(attributeTexel, kBindAttributes)
-READ_UVEC4(materialTexel, kBindMaterials)
-READ_UVEC4(slotTexel, kBindSlots)
-READ_VEC4(valueTexel, kBindValues)
-READ_UINT(packedTexel, kBindPacked)
 READ_UVEC4(lightTexel, kBindLights)
 READ_FLOAT(lightDensity, kBindLightDensity)
 READ_FLOAT(environmentCdf, kBindEnvironmentCdf)

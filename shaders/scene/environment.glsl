@@ -1,13 +1,8 @@
 // The environment map: its radiance in a direction and the density light sampling picks that direction with.
-// Expects valueTexel() and environmentCdf() (kBindEnvironmentCdf), and `environment`, the EnvironmentInfo of kBindScene.
+// Expects kBindValues and kBindEnvironmentCdf to be declared as valueTexel() and environmentCdf().
 
-vec3 toEnvironment(EnvironmentInfo e, vec3 d) { // inverse of R_y(rotation)
-    return vec3(e.cosRotation * d.x - e.sinRotation * d.z, d.y, e.sinRotation * d.x + e.cosRotation * d.z);
-}
-
-vec3 fromEnvironment(EnvironmentInfo e, vec3 d) {
-    return vec3(e.cosRotation * d.x + e.sinRotation * d.z, d.y, -e.sinRotation * d.x + e.cosRotation * d.z);
-}
+vec3 toEnvironment(EnvironmentInfo e, vec3 d) { return rotateY(d, e.cosRotation, -e.sinRotation); }
+vec3 fromEnvironment(EnvironmentInfo e, vec3 d) { return rotateY(d, e.cosRotation, e.sinRotation); }
 
 vec3 environmentRadiance(EnvironmentInfo e, vec2 uv, uint frozenTexels) {
     const TexelWeights t = environmentTexelWeights(uv, e.width, e.height);

@@ -2,7 +2,6 @@
 #include "shared/bindings.h"
 #include "shared/features.h"
 #include "shared/material.h"
-#include "lib/read_buffers.glsl"
 #include "lib/texel.glsl"
 
 layout(constant_id = kTraceAlphaMask) const bool kAlphaMask = false;
@@ -12,12 +11,7 @@ layout(constant_id = kTraceColors) const bool kColors = false;
 const bool kTextures = true;
 const bool kPackedTextures = true;
 
-READ_UVEC4(triangleIndices, kBindIndices)
-READ_VEC4(attributeTexel, kBindAttributes)
-READ_UVEC4(materialTexel, kBindMaterials)
-READ_UVEC4(slotTexel, kBindSlots)
-READ_VEC4(valueTexel, kBindValues)
-READ_UINT(packedTexel, kBindPacked)
+#include "scene/material_tables.glsl"
 
 #include "scene/slots.glsl"
 #include "scene/alpha_mask.glsl"

@@ -44,7 +44,6 @@ CMPG_CONST kModeReverse = 2;
 CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
 CMPG_CONST kSetScatter = 1; // direction x, y, lobe, (technique)
 CMPG_CONST kSetLight = 2; // light, x, y
-CMPG_CONST kSetsPerBounce = 3;
 
 CMPG_SHARED_END
 #endif

@@ -55,8 +55,5 @@ CMPG_CONST kSlotScalar = 64u; // one channel instead of three
 CMPG_CONST kSlotPacked = 128u; // 8 bits a channel, one texel per 32-bit word
 CMPG_CONST kSlotSrgb = 256u; // packed values are sRGB-encoded
 
-// Values of three channels take four floats each, so that one fetch reads a texel.
-CMPG_CONST kTexelFloats = 4;
-
 CMPG_SHARED_END
 #endif

@@ -228,7 +228,6 @@ void SceneBuffers::uploadMaterials(bool frozen) {
 
 void SceneBuffers::uploadLights() {
     const LightDistribution d = buildLights(scene_, bvh_, differentiable_);
-    hasLight_ = !d.lights.empty();
     // A parameter update can add or remove lights only when its scene has emitters in the first place; sizes are upper bounds.
     const auto put = [&](Buffer& buffer, const char* name, const auto& v, Texel texel) {
         const std::uint64_t bytes = v.size() * sizeof(v[0]);

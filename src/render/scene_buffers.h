@@ -22,7 +22,6 @@ class SceneBuffers {
 
     std::uint64_t gradientEntries() const { return gradientEntries_; }
     std::uint64_t gradientOffset(std::size_t i) const { return gradientOffsets_[i]; } // of differentiable[i]
-    bool hasLight() const { return hasLight_; }
 
   private:
     // Is the slot read through its GpuSlot, or does its constant stand in the material?
@@ -40,7 +39,7 @@ class SceneBuffers {
     FeatureSet features_;
     std::vector<std::uint32_t> differentiable_;
     std::map<std::uint32_t, std::vector<float>> frozen_; // values that differ in the second set
-    bool hasFrozen_ = false, hasLight_ = false;
+    bool hasFrozen_ = false;
     Bvh bvh_;
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
     std::uint32_t alphaPlace_ = 0;      // first packed texel of the alpha textures
