@@ -68,13 +68,28 @@ void addCommon(CLI::App& app, Options& o) {
     addCount(app, "--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
     addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")
         ->group(sampling);
-    app.add_option("--sampling", o.sampling, "How directions are drawn: from the materials, with light sampling and MIS")
-        ->option_text("bsdf  [bsdf]")
+    addEnum(app, "--sampling", o.sampling, kSamplings, "auto",
+            "How directions are drawn: from the materials alone; guided by light, by its derivatives, by both half and half, by both weighted "
+            "by the path so far; or what training finds best")
         ->group(sampling);
     app.add_flag("--no-nee", o.noLightSampling, "No light sampling: emitters are only found by chance")->group(sampling);
     addEnum(app, "--pixel-sampling", o.pixelSampling, kPixelSamplings, "adjoint",
             "Reverse mode: the same samples everywhere, or more where the adjoint is large")
         ->group(sampling);
+    app.add_flag("--positivize", o.positivize, "Derivative passes in two halves, one for each sign of the derivative")->group(sampling);
+    addEnum(app, "--roulette", o.roulette, kRoulettes, "adjoint",
+            "Reverse mode: end and split paths by what the guide expects of them, where it pays")
+        ->group(sampling);
+
+    const std::string guide = "Guide (render, gradient; optimize learns as it goes)";
+    addCount(app, "--train", o.train, "Learning passes before the measured one, of as many samples each")
+        ->option_text(kind("N", "0"))
+        ->group(guide);
+    app.add_option("--save-guide", o.saveGuide, "Write what was learned")->option_text("FILE")->group(guide);
+    app.add_option("--load-guide", o.loadGuide, "Start from what an earlier run learned")->option_text("FILE")->group(guide);
+    addCount(app, "--guide-memory", o.guideMemory, "Limit of the guide's own device memory; cells stop splitting there")
+        ->option_text(kind("MiB", "64"))
+        ->group(guide);
 
     const std::string scene = "Scene (any command)";
     addCount(app, "--width", o.width, "Width of the image in pixels")

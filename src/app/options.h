@@ -3,6 +3,7 @@
 
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
+#include "guiding/sampling.h"
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
 
@@ -33,8 +34,13 @@ struct Options {
     std::uint64_t memory = 1024;  // MiB
     std::vector<std::string> set; // "P=VALUE" or "P=FILE"
     Sampler sampler = Sampler::Sobol;
-    std::string sampling = "bsdf";
+    Sampling sampling = Sampling::Auto;
     bool noLightSampling = false;
+    bool roulette = true; // by the adjoint, where it pays
+    bool positivize = false;
+    std::uint32_t train = 0; // learning passes before the measured one
+    std::string saveGuide, loadGuide;
+    std::uint64_t guideMemory = 64; // MiB
     std::optional<PixelSampling> pixelSampling; // default: adjoint
 
     // render
@@ -92,6 +98,10 @@ template <class E> struct EnumName {
     const char* name;
 };
 inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sampler::Independent, "independent"}};
+inline constexpr EnumName<Sampling> kSamplings[] = {{Sampling::Bsdf, "bsdf"},       {Sampling::Primal, "primal"},
+                                                    {Sampling::Differential, "differential"}, {Sampling::Uniform, "uniform"},
+                                                    {Sampling::Conditional, "conditional"},   {Sampling::Auto, "auto"}};
+inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};
 inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
 inline constexpr EnumName<Loss> kLosses[] = {
     {Loss::Mse, "mse"}, {Loss::L1, "l1"}, {Loss::Smape, "smape"}, {Loss::RelativeMse, "relative-mse"}};

@@ -17,9 +17,14 @@ template <class O, class V> void visitCommon(O& o, V&& v) {
     v("spp-gradient", o.sppGradient);
     v("seed", o.seed);
     v("sampler", o.sampler, kSamplers);
-    v("sampling", o.sampling);
+    v("sampling", o.sampling, kSamplings);
     v("no-nee", o.noLightSampling);
     v("pixel-sampling", o.pixelSampling, kPixelSamplings);
+    v("positivize", o.positivize);
+    v("roulette", o.roulette, kRoulettes);
+    v("train", o.train);
+    v("load-guide", o.loadGuide);
+    v("guide-memory", o.guideMemory);
     v("width", o.width);
     v("height", o.height);
     v("camera", o.camera);
@@ -284,8 +289,10 @@ void validate(const Options& o) {
     requirePositive(o.maxDepth, "--max-depth", 1024);
     if (o.memory < 16 || o.memory > (1u << 22))
         refuse("--memory must be from 16 to 4194304 MiB");
-    if (o.sampling != "bsdf")
-        refuse("--sampling must be bsdf, not '" + o.sampling + "'");
+    if (o.train > 100000)
+        refuse("--train must be at most 100000 passes");
+    if (o.guideMemory < 1 || o.guideMemory > 4096)
+        refuse("--guide-memory must be from 1 to 4096 MiB");
     for (const std::string& s : o.set)
         if (s.find('=') == std::string::npos || s.front() == '=')
             refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");

@@ -1,6 +1,8 @@
 // The renderer: images, forward gradient images and reverse gradients of one scene on one device.
 #pragma once
 
+#include "guiding/sampling.h"
+#include "guiding/sd_tree.h"
 #include "scene/image.h"
 #include "scene/scene.h"
 #include "vk/device.h"
@@ -22,6 +24,25 @@ struct RenderConfig {
     bool allFeatures = false;  // build everything, whether the scene needs it or not (for comparison)
     bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
+    bool guiding = false;                                // room for a guide
+    SdTreeConfig guide;
+    std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
+};
+
+// How the passes that follow draw directions, and what they leave behind. All but the defaults need RenderConfig::guiding.
+struct PassSampling {
+    Sampling kind = Sampling::Bsdf; // not Auto
+    bool record = false;            // leave records for updateGuide()
+    bool roulette = false;          // reverse mode: roulette and splitting by derivative-to-go
+    int sign = 0;                   // positivization: only derivative terms of this sign
+    double reference = 0;           // roulette: PassMeasure::reference of an earlier pass with this adjoint
+};
+
+// What a pass cost and how it scattered.
+struct PassMeasure {
+    std::uint64_t paths = 0, rays = 0;
+    double secondMoment = 0; // sum over the paths of their squared contributions to the result: its variance, but for the mean's square
+    double reference = 0;    // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
 };
 
 // Keys of the random numbers of one pass. Different passes of one step are independent.
@@ -61,6 +82,13 @@ class Renderer {
     // Values the scattering functions are evaluated with while all sampling stays at setParameter's values: frozen finite
     // differences. Empty span: back to one set.
     void setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values);
+
+    void setSampling(const PassSampling& sampling);
+    const PassMeasure& lastPass() const;
+    // Fits the guide to the records left since the last call, and publishes it.
+    UpdateReport updateGuide();
+    const SdTree& guide() const;
+    void setGuide(SdTree tree); // of this scene's box
 
     // RGB radiance. `spp` samples in every pixel.
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);

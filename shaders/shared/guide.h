@@ -1,0 +1,58 @@
+// The guide as the kernels read it (published means) and write it (records): one cell per leaf of the spatial tree, one quadtree a cell.
+#ifndef CMPG_SHARED_GUIDE
+#define CMPG_SHARED_GUIDE
+#include "shared/prelude.h"
+CMPG_SHARED_BEGIN
+
+// Spatial nodes, a word each, the root first: index of the first of two neighbouring children, or kSpatialLeaf | cell.
+CMPG_CONST kSpatialLeaf = 0x80000000u;
+CMPG_CONST kMaxSpatialDepth = 40;
+CMPG_CONST kMaxQuadDepth = 10;
+
+// A cell: two uvec4 texels.
+struct GpuGuideCell {
+    uint root; // first quadtree node
+    float reflected, derivative; // means of R and of the L1 norm of T, light sampling included
+    uint unused;
+    vec3 total; // means of P, D+, D- over the sphere
+    uint unused2;
+};
+CMPG_CONST kGuideCellTexels = 2;
+
+// A quadtree node: four texels (P, D+, D-, child node or 0), one a quadrant, number (x >= middle) + 2 (y >= middle).
+CMPG_CONST kQuadNodeTexels = 4;
+
+// Records of one quadrant, 64-bit integers as two words: sums of P, D+, D-.
+struct GuideLeafSums {
+    uvec2 primal, plus, minus;
+};
+// Records of one cell.
+struct GuideCellSums {
+    uvec2 reflected, derivative;
+    uint count, unused;
+};
+
+// What a vertex left for the backward scan: where its drawn direction ended.
+struct GuideVisit {
+    uint leaf; // node * 4 + quadrant; kNone: nothing was drawn
+    uint cell;
+};
+
+// How a pass is guided.
+struct GuideInfo {
+    vec3 lower; // of the spatial tree's box
+    uint kind; // kGuide...
+    vec3 inverseExtent;
+    float share; // of guided directions where the guide knows something
+    vec2 primalScale, derivativeScale; // records are integers in units of 2^-k; x y = 2^k
+    float reference; // roulette: expected derivative contribution of a camera path, adjoint included
+    int sign; // positivization: +1 or -1 keeps derivative terms of that sign; 0 keeps all
+};
+CMPG_CONST kGuideNone = 0; // nothing is drawn from the guide
+CMPG_CONST kGuidePrimal = 1;
+CMPG_CONST kGuideDifferential = 2;
+CMPG_CONST kGuideUniform = 3;
+CMPG_CONST kGuideConditional = 4;
+
+CMPG_SHARED_END
+#endif

@@ -1,0 +1,38 @@
+// Guides on disk: versioned, checked, bound to the scene's geometry and to the names of the parameters.
+#pragma once
+
+#include "guiding/sampling.h"
+#include "guiding/sd_tree.h"
+
+#include <filesystem>
+#include <map>
+
+namespace cmpg {
+
+// Variance times cost of one way of sampling, from training passes: what `auto` and the roulette gate decide from.
+struct SamplingFigures {
+    double secondMoment = 0; // sum over the paths of a pass of squared contributions, for one sample per pixel
+    double rays = 0;         // per path
+    std::uint32_t passes = 0; // 0: not measured
+};
+
+// What a guide needs to be used again.
+struct GuideRecord {
+    std::uint64_t geometry = 0;              // hash of the scene's triangles
+    std::vector<std::string> parameters;     // names, in the order they were asked for
+    std::map<Sampling, SamplingFigures> figures; // without roulette
+    std::map<Sampling, SamplingFigures> rouletteFigures;
+    double reference = 0; // expected derivative contribution of a path, per unit of mean |adjoint|: what roulette compares with
+};
+
+// Error(Output) if it cannot be written; written aside and renamed.
+void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideRecord& record);
+
+struct LoadedGuide {
+    SdTree tree;
+    GuideRecord record;
+};
+// Error(Input) on a file that is none, of another version, truncated, or whose contents do not validate; the message says which.
+LoadedGuide loadGuide(const std::filesystem::path& file);
+
+} // namespace cmpg

@@ -1,0 +1,60 @@
+// Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
+#pragma once
+
+#include "guiding/guide_file.h"
+#include "render/pixel_sampling.h"
+#include "render/renderer.h"
+
+namespace cmpg {
+
+struct GuidedOptions {
+    Sampling sampling = Sampling::Auto;
+    PixelSampling pixels = PixelSampling::Adjoint; // reverse mode
+    bool positivize = false;                       // two half-budget derivative passes, one per sign
+    bool roulette = true;                          // reverse mode, where it pays
+};
+
+// What was chosen and from what.
+struct SamplingDecision {
+    Sampling kind = Sampling::Bsdf; // never Auto
+    bool roulette = false;
+    std::map<Sampling, SamplingFigures> figures, rouletteFigures;
+};
+
+class GuidedPasses {
+  public:
+    // The renderer must have been made with RenderConfig::guiding unless the options need no guide (Bsdf, no roulette).
+    GuidedPasses(Renderer& renderer, const GuidedOptions& options);
+    ~GuidedPasses();
+
+    // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
+    // any result. For auto and the roulette gate they measure variance and rays of each kind.
+    void trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed);
+    void trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
+                      std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions);
+    void trainReverse(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, const Image& adjoint);
+
+    // As the functions of Renderer, drawn as decided. They leave no records unless learning() was turned on.
+    Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
+    Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                  std::span<const std::vector<float>> directions);
+    // Pixel sampling included. Returns the number of camera paths.
+    std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                          std::vector<std::vector<double>>& gradients);
+
+    // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew.
+    void setLearning(bool on);
+    void endStep();
+
+    SamplingDecision decision() const;
+    double trainSeconds() const; // learning and rebuilding so far
+
+    GuideRecord guideRecord() const; // to save with Renderer::guide()
+    void load(LoadedGuide guide);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace cmpg
