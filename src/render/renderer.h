@@ -77,6 +77,9 @@ class Renderer {
     // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
     void prepare(std::initializer_list<Mode> modes, bool layers = false);
 
+    // The same for the kernels of passes drawn like this.
+    void prepare(Mode mode, const PassSampling& sampling, bool layers = false);
+
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);
     // Values the scattering functions are evaluated with while all sampling stays at setParameter's values: frozen finite
