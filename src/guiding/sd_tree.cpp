@@ -112,6 +112,9 @@ std::string SdTree::validate() const {
             return name + " has a negative or non-finite sum";
         if (const std::string wrong = validateQuadtree(cell.nodes, config_.maxQuadDepth); !wrong.empty())
             return name + ": " + wrong;
+        const GuideMass all = cell.total();
+        if (std::max({all.primal, all.plus, all.minus, cell.reflected, cell.derivative}) > kMaxMean * cell.records)
+            return name + " has means beyond all bounds";
     }
     if (nodes() > config_.maxNodes)
         return "there are more nodes than allowed";

@@ -10,11 +10,15 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kGrain = 64; // cells a thread takes at once
+constexpr std::size_t kGrain = 64;    // cells a thread takes at once
+constexpr double kForgotten = 1e-200; // a smaller weight is none: quotients of denormal numbers are no means
 
-// What cannot be a sum of records counts as nothing; the bound keeps totals over all cells finite.
-double clean(double sum) { return sum > 0 && sum < 1e200 ? sum : 0; }
-GuideMass clean(const GuideMass& m) { return {clean(m.primal), clean(m.plus), clean(m.minus)}; }
+// What cannot be a sum of records counts as nothing. The bound on means keeps whole trees far below SdTree::kMaxMean.
+struct Clean {
+    double most;
+    double operator()(double sum) const { return sum > 0 && sum < most ? sum : 0; }
+    GuideMass operator()(const GuideMass& m) const { return {(*this)(m.primal), (*this)(m.plus), (*this)(m.minus)}; }
+};
 
 void scale(GuideCell& cell, double factor) {
     for (QuadNode& node : cell.nodes)
@@ -26,6 +30,7 @@ void scale(GuideCell& cell, double factor) {
 }
 
 void add(GuideCell& cell, const CellRecords& records) {
+    const Clean clean{1e20 * double(records.count)};
     for (std::size_t i = 0; i < cell.nodes.size(); ++i)
         for (std::uint32_t q = 0; q < 4; ++q)
             cell.nodes[i].mass[q] += clean(records.leaves[i][q]); // inner quadrants are summed anew
@@ -182,12 +187,14 @@ UpdateReport SdTree::update(std::span<const CellRecords> records) {
             GuideCell& cell = cells_[i];
             const bool known = cell.records > 0;
             scale(cell, config_.forgetting);
+            if (cell.records < kForgotten)
+                scale(cell, 0);
             const bool learns = byCell[i] && byCell[i]->count > 0;
             if (learns) {
                 add(cell, *byCell[i]);
                 tree.fresh[i] = double(byCell[i]->count);
             }
-            cell.changed |= learns || (known && !(cell.records > 0)); // forgotten altogether
+            cell.changed |= learns || (known && cell.records == 0);
             sumUp(cell.nodes);
         }
     });

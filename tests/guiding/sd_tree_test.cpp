@@ -171,6 +171,19 @@ TEST(SdTree, ForgetsAltogether) {
         EXPECT_TRUE(cell.changed);
 }
 
+TEST(SdTree, ForgetsBelowDenormalWeights) {
+    SdTreeConfig config = smallConfig();
+    config.forgetting = 1e-30;
+    SdTree tree(kLower, kUpper, config);
+    tree.update(place(tree, randomSamples(kLower, kUpper, 2000, 1)));
+    for (std::uint32_t i = 0; i < 15; ++i) {
+        tree.update({});
+        ASSERT_EQ(tree.validate(), "") << "after " << i;
+    }
+    EXPECT_EQ(totals(tree).records, 0);
+    EXPECT_EQ(totals(tree).mass.primal, 0);
+}
+
 TEST(SdTree, FindsCellsByTheirMiddle) {
     SdTree tree(kLower, kUpper, smallConfig());
     for (std::uint32_t i = 0; i < 3; ++i)
@@ -217,7 +230,7 @@ TEST(SdTree, TakesFlatAndEmptyBoxes) {
 TEST(SdTree, CountsWhatIsNoSumAsNothing) {
     SdTree tree(kLower, kUpper, smallConfig());
     std::vector<CellRecords> records = place(tree, randomSamples(kLower, kUpper, 5000, 1));
-    const double odd[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1, 1.7e308};
+    const double odd[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1, 1e40};
     for (std::size_t i = 0; i < records.size(); ++i) {
         CellRecords& r = records[i];
         r.reflected = odd[i % 4];
