@@ -1,6 +1,7 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
 #include "app/commands.h"
 #include "app/contact_sheet.h"
+#include "app/guided_session.h"
 #include "app/interrupt.h"
 #include "app/loss_curve.h"
 #include "app/output.h"
@@ -56,7 +57,7 @@ OptimizeConfig configure(const Options& options) {
     config.optimizer.schedule = options.schedule;
     config.optimizer.finalFactor = options.finalRate;
     config.totalVariation = double(options.totalVariation);
-    config.pixelSampling = options.pixelSampling.value_or(PixelSampling::Adjoint);
+    config.warmUp = options.warmUp;
     return config;
 }
 
@@ -110,7 +111,9 @@ ExitCode runOptimize(const Options& options, Report& report) {
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
     session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
-    RendererModel model(session.renderer(), views.views);
+    GuidedSession guided(options, report, session);
+    guided.passes().setLearning(usesGuide(options));
+    RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze);
     config.stop = &stopOnInterrupt();
 
     Optimization run(model, session.scene, config, session.parameters);
@@ -148,6 +151,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
     writeContactSheet(options, run, folder, views, report);
+    guided.finish();
     session.finish();
     if (!options.quiet)
         textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';

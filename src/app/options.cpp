@@ -171,6 +171,9 @@ void addCommands(CLI::App& app, Options& o) {
     addEnum(*optimize, "--schedule", o.schedule, kSchedules, "constant", "How the rate falls");
     optimize->add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")
         ->option_text(kind("F", "0.1"));
+    addCount(*optimize, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
+    addCount(*optimize, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
+    optimize->add_option("--forgetting", o.forgetting, "What the guide keeps of older steps, each step")->option_text(kind("F", "0.9"));
     optimize->add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
         ->option_text(kind("W", "0"));
 

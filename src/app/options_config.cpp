@@ -55,6 +55,9 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("schedule", o.schedule, kSchedules);
     v("final-rate", o.finalRate);
     v("total-variation", o.totalVariation);
+    v("warm-up", o.warmUp);
+    v("freeze", o.freeze);
+    v("forgetting", o.forgetting);
 }
 
 template <class O, class V> void visitView(O& o, V&& v) {
@@ -215,6 +218,7 @@ void validateOptimize(const Options& o) {
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
 }
 
 } // namespace
@@ -227,6 +231,7 @@ nlohmann::ordered_json toConfig(const Options& options) {
         o.pixelSampling = PixelSampling::Adjoint;
     o.mask = absolutePath(o.mask);
     o.adjoint = absolutePath(o.adjoint);
+    o.loadGuide = absolutePath(o.loadGuide);
     if (o.direction != "one" && o.direction != "self")
         o.direction = absolutePath(o.direction);
     for (std::string& s : o.set)

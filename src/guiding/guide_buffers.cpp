@@ -81,6 +81,15 @@ std::vector<GuideBuffers::Block> GuideBuffers::runs(std::vector<Block> blocks) c
     return merged;
 }
 
+void GuideBuffers::clear() {
+    leafSums_.uploadAll(std::vector<gpu::GuideLeafSums>(std::size_t(used_) * 4));
+    cellSums_.uploadAll(std::vector<gpu::GuideCellSums>(blocks_.size()));
+    used_ = 0;
+    for (auto& list : free_)
+        list.clear();
+    blocks_.clear();
+}
+
 void GuideBuffers::publish(SdTree& tree) {
     std::vector<GuideCell>& cells = tree.cells();
     growTo(tree.spatial().size(), cells.size());

@@ -18,6 +18,7 @@ class GuideBuffers {
     static std::uint64_t nodesWithin(std::uint64_t bytes);
 
     void publish(SdTree& tree);
+    void clear(); // before another tree is published: forgets blocks and records
     // Records of the passes since the last call, whose units were 2^-k of these factors; the sums are zeroed.
     std::vector<CellRecords> collect(const SdTree& tree, double primalUnit, double derivativeUnit);
 

@@ -48,8 +48,7 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 } // namespace
 
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
-    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), device_(device), bytes_(config.guideMemory),
-      emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
+    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
       })) {
     buffers.publish(tree);
@@ -96,7 +95,7 @@ void Guide::replace(SdTree other) {
     tree = std::move(other);
     for (GuideCell& cell : tree.cells())
         cell.changed = true;
-    buffers = GuideBuffers(device_, bytes_);
+    buffers.clear();
     buffers.publish(tree);
     open_ = false;
 }

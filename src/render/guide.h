@@ -31,8 +31,6 @@ struct Guide {
     double meanRadiance() const;
     void setUnits(double radiance, double shortestNormal);
 
-    Device& device_;
-    std::uint64_t bytes_;
     bool emission_; // derivatives by emission have no unit of radiance
     bool open_ = false;
     double primalUnit_ = 1, derivativeUnit_ = 1;

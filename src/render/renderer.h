@@ -49,7 +49,7 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot
+    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette; + 8: the half for negative terms
 };
 
 struct View {
