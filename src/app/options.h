@@ -15,12 +15,12 @@
 
 namespace cmpg {
 
-enum class Command { None, Render, Gradient, Optimize, Inspect, View, ListDevices, Version };
+enum class Command { None, Render, Gradient, Optimize, Inspect, View, Guide, ListDevices, Version };
 const char* commandName(Command command);
 
 struct Options {
     Command command = Command::None;
-    std::string input;  // the scene, or the image of `view`
+    std::string input;  // the scene, the image of `view`, the file of `guide`
     std::string output; // -o
     std::string config; // --config
     bool headless = false, json = false, quiet = false;
@@ -74,6 +74,11 @@ struct Options {
     std::optional<float> scale;
     std::string layer;
 
+    // guide
+    bool validateGuide = false, csv = false;
+    std::optional<std::uint32_t> cell; // default: the one with most records
+    std::string weights = "1,1";      // of light and of derivatives in the mixture drawn
+
     std::uint32_t effectiveSpp() const;         // of images
     std::uint32_t effectiveSppGradient() const; // of derivative passes
     bool isReverse() const { return command == Command::Optimize || !adjoint.empty() || !target.empty(); }
@@ -112,6 +117,6 @@ inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
     {Command::Render, "render"}, {Command::Gradient, "gradient"},        {Command::Optimize, "optimize"}, {Command::Inspect, "inspect"},
-    {Command::View, "view"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
+    {Command::View, "view"},     {Command::Guide, "guide"},           {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
 
 } // namespace cmpg

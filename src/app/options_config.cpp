@@ -60,6 +60,13 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("forgetting", o.forgetting);
 }
 
+template <class O, class V> void visitGuide(O& o, V&& v) {
+    v("validate", o.validateGuide);
+    v("csv", o.csv);
+    v("cell", o.cell);
+    v("weights", o.weights);
+}
+
 template <class O, class V> void visitView(O& o, V&& v) {
     v("signed", o.isSigned);
     v("exposure", o.exposure);
@@ -248,6 +255,10 @@ nlohmann::ordered_json toConfig(const Options& options) {
         visitView(o, writer);
         return json;
     }
+    if (o.command == Command::Guide) {
+        visitGuide(o, writer);
+        return json;
+    }
     visitCommon(o, writer);
     if (o.command == Command::Gradient || o.command == Command::Optimize)
         visitTarget(o, writer);
@@ -272,6 +283,7 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         visitGradient(options, reader);
         visitOptimize(options, reader);
         visitView(options, reader);
+        visitGuide(options, reader);
         if (!reader.found)
             refuse("the configuration has an unknown key '" + key + "'", "keys are the names of options without the dashes");
     }
@@ -281,9 +293,11 @@ void validate(const Options& o) {
     if (o.command == Command::ListDevices || o.command == Command::Version)
         return;
     if (o.command == Command::None)
-        refuse("no command given", "one of render, gradient, optimize, inspect, view; see cmpg-vk --help");
+        refuse("no command given", "one of render, gradient, optimize, inspect, view, guide; see cmpg-vk --help");
     if (o.input.empty())
-        refuse(commandName(o.command) + std::string(o.command == Command::View ? " needs an image" : " needs a scene"));
+        refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
+                                                        : o.command == Command::Guide ? " needs a guide"
+                                                                                      : " needs a scene"));
 
     constexpr std::uint32_t kMaxSamples = 1u << 24; // counts stay exact in float
     constexpr std::uint32_t kMaxEdge = 1u << 15;
