@@ -98,7 +98,7 @@ void put(Writer& out, const std::map<Sampling, SamplingFigures>& figures) {
     out.count(figures.size());
     for (const auto& [kind, f] : figures) {
         out.put(std::uint32_t(kind));
-        out.put(f.secondMoment);
+        out.put(f.variance);
         out.put(f.rays);
         out.put(f.passes);
     }
@@ -111,7 +111,7 @@ std::map<Sampling, SamplingFigures> getFigures(Reader& in) {
         if (kind >= std::uint32_t(Sampling::Auto) || figures.contains(Sampling(kind)))
             throw Malformed{"a sampling kind is unknown or named twice"};
         SamplingFigures& f = figures[Sampling(kind)];
-        f.secondMoment = in.figure("a second moment");
+        f.variance = in.figure("a variance");
         f.rays = in.figure("a number of rays");
         f.passes = in.get<std::uint32_t>();
     }

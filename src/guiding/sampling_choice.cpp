@@ -16,7 +16,7 @@ constexpr std::uint32_t kReconsider = 16;   // passes between two later trials
 
 void SamplingFigures::add(double moment, double raysPerPath) {
     const double weight = passes == 0 ? 1 : kNewWeight;
-    secondMoment += weight * (moment - secondMoment);
+    variance += weight * (moment - variance);
     rays += weight * (raysPerPath - rays);
     ++passes;
 }
@@ -29,7 +29,7 @@ double SamplingChoice::score(std::size_t way) const {
     const SamplingFigures& f = figures_[way];
     if (f.passes == 0)
         return std::numeric_limits<double>::infinity();
-    return f.secondMoment * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
+    return f.variance * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
 }
 
 SamplingWay SamplingChoice::best() const {
@@ -49,9 +49,9 @@ SamplingWay SamplingChoice::next(std::uint32_t pass) const {
     return best();
 }
 
-void SamplingChoice::observe(const SamplingWay& way, double secondMoment, double raysPerPath) {
+void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
-        figures_[i].add(secondMoment, raysPerPath);
+        figures_[i].add(variance, raysPerPath);
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {

@@ -82,7 +82,7 @@ struct GuidedPasses::Impl {
         run();
         const PassMeasure m = renderer.lastPass();
         if (adjointSquares > 0 && m.paths > 0)
-            choice.observe(way, m.secondMoment * spp / adjointSquares, double(m.rays) / double(m.paths));
+            choice.observe(way, m.variance * spp / adjointSquares, double(m.rays) / double(m.paths));
         renderer.updateGuide();
     }
 
@@ -112,14 +112,14 @@ struct GuidedPasses::Impl {
             reverse(view, spp, {seed, 0, kGatePass}, adjoint, {kind, roulette}, 0, ignored);
             measured[roulette] = renderer.lastPass();
         }
-        if (!(measured[0].secondMoment > 0) || measured[0].rays == 0)
+        if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
         // In the units of the learning passes, which ran without either.
         std::size_t plain = 0;
         while (!(derivatives.ways()[plain] == SamplingWay{kind, false}))
             ++plain;
         SamplingFigures f = derivatives.figures(plain);
-        f.secondMoment *= measured[1].secondMoment / measured[0].secondMoment;
+        f.variance *= measured[1].variance / measured[0].variance;
         f.rays *= double(measured[1].rays) / double(measured[0].rays);
         derivatives.setFigures({kind, true}, f);
     }
@@ -165,7 +165,7 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     Image image = impl_->renderer.render(view, spp, key, layers);
     const PassMeasure& m = impl_->renderer.lastPass();
     if (impl_->learning && m.paths > 0)
-        impl_->images.observe(way, m.secondMoment * spp, double(m.rays) / double(m.paths));
+        impl_->images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
     return image;
 }
 
@@ -197,7 +197,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
         const PassMeasure& m = p.renderer.lastPass();
         sum.paths += m.paths;
         sum.rays += m.rays;
-        sum.secondMoment += m.secondMoment;
+        sum.variance += m.variance;
         sum.reference += m.reference;
     };
     if (p.options.positivize) {
@@ -209,7 +209,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
         pass(spp, key, 0);
     }
     if (p.learning && sum.paths > 0 && squares > 0) {
-        p.derivatives.observe(way, sum.secondMoment * spp / squares, double(sum.rays) / double(sum.paths));
+        p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths));
         if (mean > 0)
             p.reference = sum.reference / mean;
     }
