@@ -59,12 +59,14 @@ class GuidedExpectation : public testing::TestWithParam<std::string> {
                 expectAgreement(statistics(guided[k]), statistics(truth[k]), what + ", " + slot);
             }
         };
+        compare("positivized before anything is learned", {.kind = Sampling::Conditional, .sign = 1}, true);
         const double reference = s.train(3, budget.spp);
         const SdTree trained = s.renderer->guide();
         ASSERT_GT(trained.cells().size(), 3u);
         for (const Sampling kind : kGuidedKinds)
             compare("trained, kind " + std::to_string(int(kind)), {.kind = kind}, true);
         compare("recording", {.kind = Sampling::Conditional, .record = true});
+        compare("positivized unguided", {.sign = 1});
         compare("positivized", {.kind = Sampling::Conditional, .sign = 1}, true);
         for (const double factor : {0.05, 1.0, 20.0}) // splits nearly everywhere, the intended amount, kills nearly everywhere
             compare("roulette at " + std::to_string(factor), {.kind = Sampling::Conditional, .roulette = true, .reference = factor * reference});

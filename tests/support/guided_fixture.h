@@ -84,6 +84,7 @@ inline SdTree misleading(SdTree tree, Misleading how) {
     for (GuideCell& cell : tree.cells()) {
         cell.nodes.assign(1, {});
         cell.records = 1;
+        cell.reflected = cell.derivative = 0;
         switch (how) {
         case Misleading::Nothing:
             break;
