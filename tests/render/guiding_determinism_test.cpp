@@ -59,14 +59,14 @@ TEST(GuidedDeterminism, SameBitsForEveryBudgetAndRun) {
     const Learned large = learn(1024 * kMegabyte);
     ASSERT_GT(large.tree.cells().size(), 10u);
     expectSame(large, learn(1024 * kMegabyte), "another run");
-    expectSame(large, learn(24 * kMegabyte), "a small budget");
+    expectSame(large, learn(8 * kMegabyte), "a small budget");
 }
 
 // Nearly every path splits fourfold at every vertex: batches that filled half of the pools overflow, are void, and run again in halves.
 TEST(GuidedDeterminism, SameBitsWhenCopiesOverflow) {
-    const Learned large = learn(1024 * kMegabyte, device(), 1e-3), small = learn(24 * kMegabyte, device(), 1e-3);
+    const Learned large = learn(1024 * kMegabyte, device(), 1e-3), small = learn(8 * kMegabyte, device(), 1e-3);
     ASSERT_GT(large.copies, 2); // the first batch of a pass has room for two
-    ASSERT_GT(large.paths, 6000u); // a batch of the small budget holds less: 24 MiB of about 5 KB a path
+    ASSERT_GT(large.paths, 6000u); // 8 MiB hold no more at once
     expectSame(large, small, "a small budget");
 }
 
