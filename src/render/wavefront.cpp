@@ -215,6 +215,8 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     }
     if (pass_.measure)
         commands.dispatch(gatherMoments_, atBounce[0], n, gpu::BouncePush{0, n});
+    if (pass_.measure && film)
+        commands.barrier(); // nothing but the buffer that stands for missing ones is shared
     if (film)
         commands.dispatch(gather_, atBounce[0], n, gpu::BouncePush{0, n});
 }
