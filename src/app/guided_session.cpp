@@ -68,7 +68,7 @@ void GuidedSession::train(const std::function<void(std::uint32_t)>& run) {
 
 void GuidedSession::finish() {
     report_.seconds.guide += passes_.trainSeconds();
-    const SamplingDecision decision = passes_.decision();
+    const SamplingDecision decision = options_.command == Command::Render ? passes_.imageDecision() : passes_.decision();
     report_.extra["sampling"] = {{"kind", samplingName(decision.kind)},
                                  {"roulette", decision.roulette},
                                  {"figures", figuresOf(decision.figures)},
