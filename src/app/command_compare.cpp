@@ -1,6 +1,7 @@
 // compare: ways of sampling side by side, for derivative images, gradients and whole optimisations; a report in a folder.
 #include "app/commands.h"
 #include "app/compare_report.h"
+#include "app/error_plot.h"
 #include "app/interrupt.h"
 #include "app/optimize_options.h"
 #include "app/output.h"
@@ -168,7 +169,7 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
             report.outputs.emplace_back(prefix + name, file.string());
         }
         const fs::path plot = place / "error_over_time.svg";
-        writeTextFile(plot, parts[i].svg);
+        writeTextFile(plot, svgFile(parts[i].svg));
         report.outputs.emplace_back(prefix + "plot", plot.string());
         results += parts[i].resultRows;
         curves += parts[i].curveRows;

@@ -66,7 +66,7 @@ class Run {
     // Against the target, with the same random numbers for all methods.
     double imageError() {
         passes_.setLearning(false);
-        const Image image = passes_.render(subject_.view, kImageSpp, {.seed = subject_.options.seed, .pass = kImagePass});
+        const Image image = passes_.render(subject_.view, kImageSpp, {.seed = subject_.seed(), .pass = kImagePass});
         return evaluateLoss(Loss::Mse, image, subject_.target.image, subject_.target.mask).value;
     }
     double seconds() const { return seconds_; }

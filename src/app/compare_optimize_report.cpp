@@ -26,17 +26,15 @@ HtmlTable tableOf(const OptimizeComparison& comparison) {
                      {"parameter MSE", "Mean squared error of the parameters at the end"},
                      {"ratio", "Error of the first method over this one's"},
                      {"as good as the first after", "Seconds to reach the first method's final error"},
-                     {"image MSE", "Of the recovered scene's image against the target, both with their own noise"},
-                     {"chose", "What was decided last"}};
+                     {"image MSE", "Of the recovered scene's image against the target, both with their own noise"}};
     for (std::size_t i = 0; i < comparison.results.size(); ++i) {
         const OptimizeResult& r = comparison.results[i];
-        table.rows.push_back({"<span class=\"swatch\" style=\"background:" + curveColor(i) + "\"></span><b>" + escapeHtml(r.method.name) +
-                                  "</b><span class=\"how\">" + r.method.describe() + "</span>",
+        table.rows.push_back({methodCell(i, r.method, r.chosen),
                               shortNumber(r.steps), shortNumber(r.seconds), r.trainSeconds > 0 ? shortNumber(r.trainSeconds) : "&ndash;",
                               withError(r.parameterError.value, r.parameterError.error),
                               withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;",
                               i == 0 ? "&ndash;" : r.secondsToFirst ? shortNumber(*r.secondsToFirst) + " s" : "never",
-                              withError(r.imageError.value, r.imageError.error), r.chosen.empty() ? "&ndash;" : escapeHtml(r.chosen)});
+                              withError(r.imageError.value, r.imageError.error)});
     }
     return table;
 }
@@ -74,7 +72,7 @@ std::string recoveredFigures(const CompareSubject& subject, const OptimizeCompar
             errors.push_back({difference(image, truth), "<b>" + escapeHtml(r.method.name) + "</b>"});
         }
         html += "<h3>" + escapeHtml(parameter.name) + ", recovered</h3>\n" +
-                plainFigures(recovered, parameter.highest() > 1) + "<h3>Errors</h3>\n" + signedFigures(errors);
+                htmlFigures(plainFigures(recovered, parameter.highest() > 1)) + "<h3>Errors</h3>\n" + signedFigures(errors).html();
     }
     return html;
 }
@@ -131,7 +129,7 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& co
     const std::string result = headline(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
-    part.html += plainFigures({{subject.target.image, "the target"}, {subject.picture, "the scene at the start"}}, true);
+    part.html += htmlFigures(plainFigures({{subject.target.image, "the target"}, {subject.picture, "the scene at the start"}}, true));
     part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + part.svg + "</div>\n" + htmlTable(tableOf(comparison)) +
                  recoveredFigures(subject, comparison) +
                  "<details><summary>How to read this</summary>\n<p>The right values are known, so the error is that of the recovered values "

@@ -23,19 +23,20 @@ float exposureOf(const Image& image) {
 
 } // namespace
 
-std::string signedFigures(const std::vector<CaptionedImage>& images) {
+SignedFigures signedFigures(const std::vector<CaptionedImage>& images) {
     constexpr int kLegendWidth = 256;
     const double scale = signedScale(channelMean(images.front().image));
-    std::vector<HtmlFigure> figures;
+    SignedFigures result;
     for (const CaptionedImage& image : images)
-        figures.push_back({colorSigned(channelMean(image.image), scale), image.caption});
+        result.figures.push_back({colorSigned(channelMean(image.image), scale), image.caption});
     Canvas legend(kLegendWidth, kSignedLegendHeight);
     drawSignedLegend(legend, 0, 0, kLegendWidth, scale);
-    return htmlFigures(figures) + "<p class=\"legend\"><img alt=\"from " + shortNumber(-scale) + " (blue) to " + shortNumber(scale) +
+    result.legend = "<p class=\"legend\"><img alt=\"from " + shortNumber(-scale) + " (blue) to " + shortNumber(scale) +
            " (orange)\" src=\"" + pngDataUri(legend.image()) + "\"></p>\n";
+    return result;
 }
 
-std::string plainFigures(const std::vector<CaptionedImage>& images, bool expose) {
+std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose) {
     const float factor = expose ? exposureOf(images.front().image) : 1;
     std::vector<HtmlFigure> figures;
     for (const CaptionedImage& image : images) {
@@ -44,7 +45,7 @@ std::string plainFigures(const std::vector<CaptionedImage>& images, bool expose)
             v = std::isfinite(v) ? std::clamp(v * factor, 0.f, 1.f) : 0.f;
         figures.push_back({std::move(scaled), image.caption});
     }
-    return htmlFigures(figures);
+    return figures;
 }
 
 Image difference(const Image& a, const Image& b) {

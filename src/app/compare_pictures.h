@@ -14,10 +14,16 @@ struct CaptionedImage {
     std::string caption; // HTML
 };
 
-// All at the scale of the first, with a legend that says it; HTML.
-std::string signedFigures(const std::vector<CaptionedImage>& images);
-// Linear values, clamped to [0,1]; one factor for all brings the first's 95th percentile to white where it is far from it.
-std::string plainFigures(const std::vector<CaptionedImage>& images, bool expose);
+struct SignedFigures {
+    std::vector<HtmlFigure> figures;
+    std::string legend; // HTML: the colours with their values
+
+    std::string html() const { return htmlFigures(figures) + legend; }
+};
+// All at the scale of the first.
+SignedFigures signedFigures(const std::vector<CaptionedImage>& images);
+// Linear values, clamped to [0,1]. `expose`: one factor for all brings the first's 95th percentile to white where it is far from it.
+std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose);
 Image difference(const Image& a, const Image& b);
 
 } // namespace cmpg

@@ -31,8 +31,6 @@ std::string biasCell(const Bias& bias) {
     return text + std::string(verdict);
 }
 
-std::string swatch(std::size_t index) { return "<span class=\"swatch\" style=\"background:" + curveColor(index) + "\"></span>"; }
-
 HtmlTable gradientTable(const CompareSubject& subject, const GradientComparison& comparison, const std::vector<MethodFacts>& facts) {
     HtmlTable table;
     table.columns = {{"method", "What is compared; how it samples stands below"},
@@ -44,17 +42,15 @@ HtmlTable gradientTable(const CompareSubject& subject, const GradientComparison&
                      {"rel. variance", "Of one pass: summed over all entries, over the squared length of the gradient"},
                      {"bias", "Along the reference, with the 95 % interval"},
                      {"efficiency", "1 / (relative variance x seconds of a pass): twice as much is the same error in half the time"},
-                     {"ratio", "Of efficiencies, to the first method"},
-                     {"chose", "What was decided from the training passes"}};
+                     {"ratio", "Of efficiencies, to the first method"}};
     const double pixels = double(subject.view.width) * subject.view.height;
     for (std::size_t i = 0; i < comparison.results.size(); ++i) {
         const GradientResult& r = comparison.results[i];
-        table.rows.push_back({swatch(i) + "<b>" + escapeHtml(r.name) + "</b><span class=\"how\">" + subject.methods[i].describe() + "</span>",
+        table.rows.push_back({methodCell(i, subject.methods[i], facts[i].chosen),
                               std::to_string(r.statistics.passes()), shortNumber(double(r.paths) / pixels), shortNumber(r.seconds),
                               facts[i].trainSeconds > 0 ? shortNumber(facts[i].trainSeconds) : "&ndash;", shortNumber(r.mse),
                               withError(r.relativeVariance.value, r.relativeVariance.error), biasCell(r.bias),
-                              withError(r.efficiency.value, r.efficiency.error), withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;",
-                              facts[i].chosen.empty() ? "&ndash;" : escapeHtml(facts[i].chosen)});
+                              withError(r.efficiency.value, r.efficiency.error), withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;"});
     }
     return table;
 }
@@ -91,7 +87,7 @@ std::string explanation(const GradientComparison& comparison) {
            "<p><b>Bias</b> is the length of the mean error along the reference, as a share of the reference, with the interval by "
            "Student&rsquo;s t from batches of passes, the reference&rsquo;s own spread included; one honest interval in twenty leaves out 0. "
            "A method is called biased where 0 is left out at the level 99.9&nbsp;%, or where the mean error in any direction exceeds five "
-           "of its standard errors (two-sample statistic of Chen and Qin 2010), and never for less than the error of the reference.</p>\n<p>" +
+           "of its standard errors (two-sample statistic of Chen and Qin 2010) and is larger than the error of the reference.</p>\n<p>" +
            referenceNote(comparison.reference) + "</p></details>\n";
 }
 
@@ -99,10 +95,12 @@ std::string subjectFigures(const CompareSubject& subject, CompareMode mode) {
     std::vector<CaptionedImage> pictures{{subject.picture, "the scene as it is set"}};
     if (!subject.target.image.values.empty())
         pictures.insert(pictures.begin(), {subject.target.image, "the target"});
-    std::string html = plainFigures(pictures, true);
-    if (mode == CompareMode::Reverse)
-        html += "<h3>The adjoint: what each pixel is worth</h3>\n" + signedFigures({{subject.adjoint, "derivative of the loss by the pixel"}});
-    return html;
+    std::vector<HtmlFigure> figures = plainFigures(pictures, true);
+    if (mode == CompareMode::Forward)
+        return htmlFigures(figures);
+    const SignedFigures adjoint = signedFigures({{subject.adjoint, "the adjoint: what each pixel is worth"}});
+    figures.push_back(adjoint.figures.front());
+    return htmlFigures(figures) + adjoint.legend;
 }
 
 std::string parameterNames(const CompareSubject& subject) {
@@ -126,8 +124,8 @@ std::string estimateFigures(const CompareSubject& subject, CompareMode mode, con
             differences.push_back({difference(image, right), "<b>" + escapeHtml(r.name) + "</b>"});
         }
         const std::string of = reference[k].first.empty() ? "" : " of " + escapeHtml(reference[k].first);
-        html += "<h3>Estimates" + of + "</h3>\n" + signedFigures(estimates);
-        html += "<h3>Their errors" + of + "</h3>\n" + signedFigures(differences);
+        html += "<h3>Estimates" + of + "</h3>\n" + signedFigures(estimates).html();
+        html += "<h3>Their errors" + of + "</h3>\n" + signedFigures(differences).html();
     }
     return html;
 }
@@ -167,6 +165,12 @@ void addRows(ComparePart& part, const CompareSubject& subject, CompareMode mode,
 }
 
 } // namespace
+
+std::string methodCell(std::size_t index, const CompareMethod& method, const std::string& chosen) {
+    return "<span class=\"swatch\" style=\"background:" + curveColor(index) + "\"></span><b>" + escapeHtml(method.name) +
+           "</b><span class=\"how\">" + method.describe() + "</span>" +
+           (chosen.empty() ? std::string() : "<span class=\"how\"><b>chosen: " + escapeHtml(chosen) + "</b></span>");
+}
 
 std::string csvNumber(double value) {
     char text[32];

@@ -35,6 +35,8 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& co
 std::string compareDocument(const CompareSubject& subject, const std::string& device, const std::string& configuration,
                             const std::vector<ComparePart>& parts);
 
+// Name, colour in the plot, description and choice of a method as a table's first cell; HTML.
+std::string methodCell(std::size_t index, const CompareMethod& method, const std::string& chosen);
 std::string csvNumber(double value); // nine digits; empty where there is none
 std::string csvLine(const std::vector<std::string>& fields);
 

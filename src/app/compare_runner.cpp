@@ -80,8 +80,8 @@ MeasuredReference makeReference(const std::vector<Contestant>& contestants, std:
     MeasuredReference made;
     made.madeBy = contestants[best].name;
     EstimateStatistics statistics(entries);
-    // At least as many passes as make a variance and batches of their own.
-    while (!stopped(budget) && (statistics.passes() < EstimateStatistics::kBatches / 2 ||
+    constexpr std::uint64_t kFewest = 4; // passes: they have to show their own variance
+    while (!stopped(budget) && (statistics.passes() < kFewest ||
                                 (made.seconds < most && statistics.meanVariance() > kReferenceGoal * goal))) {
         const Pass pass = contestants[best].pass(kReferenceIndex + std::uint32_t(statistics.passes()));
         statistics.add(pass.values);

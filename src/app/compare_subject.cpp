@@ -119,7 +119,7 @@ void makePictures(Device& device, CompareSubject& subject, Report& report) {
     constexpr std::uint32_t kPictureSpp = 64;
     const Stopwatch watch;
     subject.picture = renderer.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
-                                      {.seed = subject.options.seed, .pass = kPicturePass});
+                                      {.seed = subject.seed(), .pass = kPicturePass});
     report.seconds.primal += watch.seconds();
     if (needsAdjoint)
         subject.adjoint = evaluateLoss(subject.options.loss, subject.picture, subject.target.image, subject.target.mask).adjoint;
@@ -136,16 +136,16 @@ void MethodRenderer::train(CompareMode mode) {
     const Stopwatch watch;
     if (method_.needsGuide() && count > 0) {
         if (mode == CompareMode::Forward)
-            passes_.trainForward(subject_.view, spp, count, subject_.options.seed, subject_.parameters, subject_.directions);
+            passes_.trainForward(subject_.view, spp, count, subject_.seed(), subject_.parameters, subject_.directions);
         else
-            passes_.trainReverse(subject_.view, spp, count, subject_.options.seed, subject_.adjoint);
+            passes_.trainReverse(subject_.view, spp, count, subject_.seed(), subject_.adjoint);
         trainSeconds_ += watch.seconds();
     }
     pass(mode, kDiscarded);
 }
 
 Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
-    const PassKey key{.seed = subject_.options.seed, .step = index, .pass = 1};
+    const PassKey key{.seed = subject_.seed(), .step = index, .pass = 1};
     const std::uint32_t spp = subject_.passSpp();
     Pass pass;
     const Stopwatch watch;

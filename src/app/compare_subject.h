@@ -33,6 +33,9 @@ struct CompareSubject {
 
     bool has(CompareMode mode) const;
     std::size_t parameterEntries() const;
+    // Of all random numbers but an optimisation's: none that another command has used with this --seed. An adjoint made by `gradient`
+    // holds noise of its random numbers, and a pass with the same ones would see that noise as signal.
+    std::uint64_t seed() const { return options.seed ^ 0x636f6d7061726521ull; }
     std::uint32_t passSpp() const { return options.sppGradient.value_or(options.effectiveSpp()); }
 };
 

@@ -52,6 +52,11 @@ bool shown(const std::pair<double, double>& point) {
 
 } // namespace
 
+std::string svgFile(std::string svg) {
+    constexpr std::size_t kTag = 4; // "<svg"
+    return svg.insert(kTag, " xmlns=\"http://www.w3.org/2000/svg\"");
+}
+
 std::string curveColor(std::size_t index) {
     constexpr const char* kColors[] = {"#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"};
     return kColors[index % std::size(kColors)];
@@ -74,7 +79,7 @@ std::string ErrorPlot::svg() const {
         y0 = std::min(y0, std::max(*floor, y0 / 30)); // far below the curves it says nothing
     const Axis across = axisOf(x0, x1, kLeft, kRight), up = axisOf(y0, y1, kBottom, kTop);
 
-    std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
+    std::string svg = format("<svg viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
                              "role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"white\"/>\n",
                              kWidth, kHeight, kWidth, kHeight);
     svg += format("<text x=\"%g\" y=\"22\" font-size=\"15\">", kLeft) + escapeHtml(title) + "</text>\n";

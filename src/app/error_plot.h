@@ -17,8 +17,11 @@ struct ErrorPlot {
     std::vector<ErrorCurve> curves;
     std::optional<double> floor;       // an error below which nothing is known
     std::string floorName;
-    std::string svg() const; // a picture of its own, no script, nothing loaded
+    std::string svg() const; // an element of a page; no script, nothing loaded
 };
+
+// The same as a file of its own.
+std::string svgFile(std::string svg);
 
 // Colour of a curve, "#rrggbb": tell apart with every common kind of colour blindness (Okabe and Ito 2008).
 std::string curveColor(std::size_t index);

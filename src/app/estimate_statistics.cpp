@@ -217,10 +217,11 @@ Bias biasOf(const EstimateStatistics& statistics, const Reference& reference) {
     addAnywhere(bias, statistics, reference);
     const double error = bias.interval / studentQuantile(0.05, bias.degrees);
     const bool along = error > 0 ? studentTwoSided(bias.along / error, bias.degrees) < kLevel : bias.along != 0;
-    if (along || bias.z() > kDeviations) {
-        const double size = std::max(bias.along * bias.along, bias.squared);
-        bias.verdict = size < reference.relativeError() ? Bias::Verdict::BelowReference : Bias::Verdict::Biased;
-    }
+    // The interval has the reference's error in this direction in it. Anywhere, that error is at most its share of all directions.
+    if (along)
+        bias.verdict = Bias::Verdict::Biased;
+    else if (bias.z() > kDeviations)
+        bias.verdict = bias.squared < reference.relativeError() ? Bias::Verdict::BelowReference : Bias::Verdict::Biased;
     return bias;
 }
 

@@ -68,7 +68,7 @@ struct Bias {
 
     enum class Verdict {
         None,           // none seen
-        BelowReference, // a deviation no larger than the error of the reference itself
+        BelowReference, // a deviation in some direction, no larger than the error of the reference as a whole
         Biased,
     } verdict = Verdict::None;
 };

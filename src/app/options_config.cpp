@@ -247,6 +247,9 @@ void validateCompare(const Options& o) {
     if (o.referenceTime)
         requireFinite(*o.referenceTime, "--reference-time", 1e-3f, 1e7f);
     requirePositive(o.seeds, "--seeds", 1'000'000);
+    constexpr std::uint32_t kFewest = 4;
+    if (o.seeds && *o.seeds < kFewest && o.mode != "optimize")
+        refuse("--seeds must be at least 4 for derivatives: fewer passes do not show their variance");
     requirePositive(o.adjointSpp, "--adjoint-spp", 1u << 24);
     if (o.steps == 0 || o.steps > 10'000'000)
         refuse("--steps must be from 1 to 10000000");
