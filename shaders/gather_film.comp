@@ -30,6 +30,7 @@ void main() {
         precise vec3 lost = mix((value - sum) + p.sum, (p.sum - sum) + value, greaterThanEqual(abs(p.sum), abs(value)));
         p.compensation += lost;
         p.sum = sum;
+        p.squares += dot(value, value) * (1.0 / 3.0);
     }
     film[pixel] = p;
     if (!kLayers) return;

@@ -14,5 +14,6 @@ void main() {
     const uint next = counts[push.bounce + 1].rays;
     counts[push.bounce].shadowGroups = groupCounts(counts[push.bounce].shadowRays, kTraceChunk);
     counts[push.bounce + 1].rayGroups = groupCounts(next, kTraceChunk);
-    counts[push.bounce + 1].vertexGroups = groupCounts(next, kVertexGroup);
+    counts[push.bounce + 1].arrivalGroups = groupCounts(next, kVertexGroup);
+    counts[push.bounce + 1].vertexGroups = counts[push.bounce + 1].arrivalGroups;
 }

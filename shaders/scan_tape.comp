@@ -27,44 +27,111 @@ layout(binding = kBindNextTangents, scalar) readonly buffer NextTangents { vec3 
 layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
 READ_FLOAT(directionAt, kBindDirection)
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
+layout(binding = kBindNextArrivals, scalar) readonly buffer NextArrivals { Arrival nextArrivals[]; };
+layout(binding = kBindDerivatives, scalar) writeonly buffer Derivatives { DerivativeParts derivatives[]; };
+layout(binding = kBindNextDerivatives, scalar) readonly buffer NextDerivatives { DerivativeParts nextDerivatives[]; };
+layout(binding = kBindMoments, scalar) writeonly buffer Moments { VertexMoment moments[]; };
+layout(binding = kBindNextMoments, scalar) readonly buffer NextMoments { VertexMoment nextMoments[]; };
+#include "scene/integer_sums.glsl"
 #include "scene/gradient_sums.glsl"
+#include "scene/guide_records.glsl"
 #include "scene/tape_read.glsl"
+
+// What the vertices a ray led to pass back.
+struct Found {
+    vec3 incident; // X = E_{i+1} + R_{i+1}
+    vec3 tangent; // dE_{i+1} + T_{i+1} along the direction
+    DerivativeParts parts; // the same as sums of absolute terms
+    float squares; // of the contributions made there and further along
+};
+
+void addFound(INOUT(Found) found, uint vertex, float weight, INOUT(vec3) own) {
+    found.incident += weight * nextVertices[vertex].suffix;
+    if (kForward) found.tangent += weight * nextTangents[vertex];
+    if (kRecord && kDerivatives) {
+        const DerivativeParts parts = nextDerivatives[vertex];
+        found.parts.plus += weight * parts.plus;
+        found.parts.minus += weight * parts.minus;
+    }
+    if (kMeasure && push.firstEntry == 0) {
+        const VertexMoment moment = nextMoments[vertex];
+        own += moment.own; // copies stand at one point and add to the same entries
+        found.squares += moment.below;
+    }
+}
+
+Found gatherFound(uint child) {
+    Found found = Found(vec3(0), vec3(0), DerivativeParts(vec3(0), vec3(0)), 0.0);
+    if (child == kNone) return found;
+    vec3 own = vec3(0);
+    if (kRoulette) {
+        const Arrival arrival = nextArrivals[child];
+        for (uint i = 0; i < arrival.count; ++i) addFound(found, arrival.first + i, arrival.weight, own);
+    } else {
+        addFound(found, child, 1.0, own);
+    }
+    found.squares += dot(own, own);
+    return found;
+}
+
+// The record of a drawn direction; vertices at the depth limit drew none.
+void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
+    if (push.firstEntry != 0) return;
+    const GuideVisit visit = visits[slot];
+    if (visit.leaf == kNone) return;
+    ADD_RECORD(leafSums[visit.leaf].primal, scattered, guide.primalScale)
+    ADD_RECORD(cellSums[visit.cell].reflected, reflected, guide.primalScale)
+    if (kDerivatives) {
+        ADD_RECORD(leafSums[visit.leaf].plus, terms.drawn.plus, guide.derivativeScale)
+        ADD_RECORD(leafSums[visit.leaf].minus, terms.drawn.minus, guide.derivativeScale)
+        const vec3 all = terms.drawn.plus + terms.drawn.minus + terms.lit.plus + terms.lit.minus;
+        ADD_RECORD(cellSums[visit.cell].derivative, all, guide.derivativeScale)
+    }
+    atomicAdd(cellSums[visit.cell].count, 1);
+}
 
 void main() {
     const uint slot = globalIndex();
-    if (push.count == 0 || slot >= counts[push.bounce].rays) return;
+    if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
+    if (kRoulette && counts[0].overflow != 0) return; // the batch is void
     const Vertex v = vertices[slot];
-    vec3 incident = vec3(0); // X
-    vec3 incidentTangent = vec3(0); // dE_{i+1} + T_{i+1}
-    if (v.child != kNone) {
-        incident = nextVertices[v.child].suffix;
-        if (kForward) incidentTangent = nextTangents[v.child];
-    }
+    const Found found = gatherFound(v.child);
     const float visible = v.shadow != kNone ? float(visibility[v.shadow]) : 0.0;
     // A second slice of the gradients repeats the scan for its entries alone.
-    if (push.firstEntry == 0) vertices[slot].suffix = v.suffix + visible * v.direct + v.weight * incident;
-    if (!kDerivatives) return;
+    const vec3 scattered = v.weight * found.incident;
+    const vec3 reflected = visible * v.direct + scattered; // R
+    if (push.firstEntry == 0) vertices[slot].suffix = v.suffix + reflected;
+    if (!kDerivatives) {
+        if (kRecord) leaveRecord(slot, scattered, reflected, noTerms());
+        return;
+    }
 
     const uint material = tape[kPlaneMaterial * push.count + slot];
-    vec3 tangent = v.weight * incidentTangent;
     vec3 reach = vec3(1); // adjoint times throughput
-    if (kReverse) {
-        reach = adjoints[paths[v.path].x];
-        if (push.bounce > 0) reach *= tapeGet3(slot, kPlaneThroughput);
-    }
+    if (kReverse) reach = adjoints[paths[v.path].x] * tapeGet3(slot, kPlaneThroughput);
+    Terms terms = noTerms();
+    terms.drawn.plus = v.weight * found.parts.plus;
+    terms.drawn.minus = v.weight * found.parts.minus;
+    vec3 tangent = v.weight * found.tangent;
     const vec2 uv0 = tapeGet2(slot, kPlaneUv0);
     const vec2 uv1 = kTexcoord1 ? tapeGet2(slot, kPlaneUv1) : vec2(0);
     if (kDiffSurface && material != kNone && push.bounce + 1 < kMaxDepth)
-        tangent += surfaceTerms(slot, material, uv0, uv1, incident, visible, reach);
+        tangent += surfaceTerms(slot, material, uv0, uv1, found.incident, visible, reach, terms);
     if (kDiffLight) {
-        const float found = tapeGet(slot, kPlaneEmissionWeight);
-        if (found != 0.0) tangent += emissionTerm(material, uv0, uv1, vec3(found), reach);
+        const float seen = tapeGet(slot, kPlaneEmissionWeight);
+        if (seen != 0.0) tangent += emissionTerm(material, uv0, uv1, vec3(seen), reach, terms.emitted, terms.own);
         if (visible != 0.0) {
             const vec3 factor = tapeGet3(slot, kPlaneLight + 3);
             const vec2 lightUv1 = kTexcoord1 ? tapeGet2(slot, kPlaneLight + 6) : vec2(0);
             if (any(notEqual(factor, vec3(0))))
-                tangent += emissionTerm(tape[kPlaneLight * push.count + slot], tapeGet2(slot, kPlaneLight + 1), lightUv1, factor, reach);
+                tangent += emissionTerm(tape[kPlaneLight * push.count + slot], tapeGet2(slot, kPlaneLight + 1), lightUv1, factor, reach, terms.lit, terms.own);
         }
     }
     if (kForward) tangents[slot] = tangent;
+    if (push.firstEntry != 0) return;
+    if (kMeasure) moments[slot] = VertexMoment(terms.own, found.squares);
+    if (kRecord) {
+        leaveRecord(slot, scattered, reflected, terms);
+        derivatives[slot] = DerivativeParts(terms.drawn.plus + terms.lit.plus + terms.emitted.plus, terms.drawn.minus + terms.lit.minus + terms.emitted.minus);
+    }
 }

@@ -15,6 +15,8 @@
 #include "scene/environment.glsl"
 #include "scene/lights.glsl"
 #include "scene/tape_planes.glsl"
+#define CMPG_GUIDE_DIRECTIONS
+#include "scene/guide_lookup.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
@@ -24,8 +26,11 @@ layout(binding = kBindHits, scalar) readonly buffer Hits { Hit hits[]; };
 layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
 layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
 layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
-layout(binding = kBindTape, scalar) buffer Tape { uint tape[]; };
-layout(binding = kBindNextTape, scalar) writeonly buffer NextTape { uint nextTape[]; };
+layout(binding = kBindTape, scalar) writeonly buffer Tape { uint tape[]; };
+layout(binding = kBindPrefixes, scalar) readonly buffer Prefixes { Prefix prefixes[]; };
+layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { Prefix nextPrefixes[]; };
+layout(binding = kBindCopies, scalar) readonly buffer Copies { Copy copies[]; };
+layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
 layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
 #include "scene/tape_write.glsl"
@@ -59,6 +64,18 @@ vec3 keepFinite(vec3 v, uint counter) {
 // MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`.
 float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : misWeight(drawn, light); }
 
+Prefix loadPrefix(uint ray, Copy copy) {
+    Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
+    if (kDerivatives && kPrefix && push.bounce > 0) prefix = prefixes[ray];
+    if (kRoulette) {
+        prefix.throughput *= copy.weight;
+        prefix.tangent *= copy.weight;
+        if (copy.index > 0) prefix.branch = copyBranch(prefix.branch, push.bounce, copy.index);
+        prefix.copies = copy.copies;
+    }
+    return prefix;
+}
+
 void shadeEscaped(uint slot, Ray ray) {
     Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
     if (kEnvironment) {
@@ -77,7 +94,7 @@ void shadeEscaped(uint slot, Ray ray) {
 }
 
 // The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
-bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, vec3 wo, vec3 u,
+bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, GuidePoint g, vec3 wo, vec3 u,
                   OUT(vec3) direct, OUT(LightSample) light) {
     direct = vec3(0);
     light = sampleLight(scene, p.position, u);
@@ -86,7 +103,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
     SlotDerivatives d = noSlotDerivatives();
     vec3 radiance = vec3(0);
     if (light.density > 0.0) {
-        const float weight = light.extended ? misWeight(light.density, bsdfPdf(sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
+        const float weight = light.extended ? misWeight(light.density, mixtureDensity(g, sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
         const float scale = weight / light.density;
         radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         if (kDiffSurface && differentiated)
@@ -109,10 +126,15 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
 
 void main() {
     const uint slot = globalIndex();
-    if (push.count == 0 || slot >= counts[push.bounce].rays) return;
-    const Ray ray = rays[slot];
-    const Hit hit = hits[slot];
+    if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
+    Copy copy = Copy(slot, 0, 1.0, 1);
+    if (kRoulette) copy = copies[slot];
+    const Ray ray = rays[copy.ray];
+    const Hit hit = hits[copy.ray];
+    const Prefix prefix = loadPrefix(copy.ray, copy);
+    if (kReverse) tapePut3(slot, kPlaneThroughput, prefix.throughput);
     if (hit.t < 0.0) {
+        if (kRecord) visits[slot] = GuideVisit(kNone, kNone);
         shadeEscaped(slot, ray);
         return;
     }
@@ -144,38 +166,43 @@ void main() {
     LightSample light;
     vec3 wi = vec3(0, 0, 1);
     float pdf = 0.0;
+    uint leaf = kNone;
+    vec3 tangent = vec3(0); // A of the next vertex
+    const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
         const uvec2 path = paths[ray.path];
-        const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, 0u, push.bounce);
+        const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
-            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, wo, sampleSet(key, kSetLight).xyz, v.direct, light);
+            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, g, wo, sampleSet(key, kSetLight).xyz, v.direct, light);
         else if (kDiffSurface && differentiated)
             tapeSlotDerivatives(slot, 1, noSlotDerivatives());
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
 
         // The drawn direction.
         SlotDerivatives d = noSlotDerivatives();
-        if (sampleBsdf(sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter).xyz, wi)) {
-            pdf = bsdfPdf(sampling.surface, sampling.normal, wo, wi);
-            if (pdf > 0.0) {
-                if (kDiffSurface && differentiated) {
-                    v.weight = scatterDerivatives(p, value, wo, wi, d) / pdf;
-                    scaleSlotDerivatives(d, vec3(1.0 / pdf));
-                } else {
-                    v.weight = bsdfCos(value.surface, value.normal, wo, wi) / pdf;
-                }
-                v.weight = keepFinite(v.weight, kDroppedRadiance);
-                // A black albedo ends no path whose derivative lives.
-                wantRay = any(notEqual(v.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+        if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf)) {
+            if (kDiffSurface && differentiated) {
+                v.weight = scatterDerivatives(p, value, wo, wi, d) / pdf;
+                scaleSlotDerivatives(d, vec3(1.0 / pdf));
+            } else {
+                v.weight = bsdfCos(value.surface, value.normal, wo, wi) / pdf;
             }
+            v.weight = keepFinite(v.weight, kDroppedRadiance);
+            // A black albedo ends no path whose derivative lives.
+            wantRay = any(notEqual(v.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+        }
+        if (kGuideLookup) {
+            tangent = prefix.tangent * v.weight;
+            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, guide.sign);
         }
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }
 
+    if (kRecord) visits[slot] = GuideVisit(leaf, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
         nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
-        if (kReverse) tapeThroughput(slot, v.child, v.weight);
+        if (kDerivatives && kPrefix) nextPrefixes[v.child] = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
     }
     v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {

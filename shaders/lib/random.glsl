@@ -33,6 +33,9 @@ uvec2 streamKey(uint seedLow, uint seedHigh, uint step, uint pass) {
     return uvec2(h.x, h.y);
 }
 
+// Branch of a copy but the first of an arrival that was split; the first goes on with the arrival's own.
+uint copyBranch(uint branch, uint bounce, uint copy) { return hash4(uvec4(branch, bounce, copy, 0x636f7079u)).x; }
+
 // Samples of a pixel come in blocks of 2^16, stratified within and independent of each other.
 const uint kSampleBlockBits = 16u;
 const uint kSampleBlockMask = 0xffffu;

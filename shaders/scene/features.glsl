@@ -23,6 +23,10 @@ layout(constant_id = kFeatureFrozen) const bool kFrozen = false;
 layout(constant_id = kFeatureLayers) const bool kLayers = false;
 layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
 layout(constant_id = kFeatureThreads) const uint kThreads = 1;
+layout(constant_id = kFeatureGuided) const bool kGuided = false;
+layout(constant_id = kFeatureRecord) const bool kRecord = false;
+layout(constant_id = kFeatureRoulette) const bool kRoulette = false;
+layout(constant_id = kFeatureMeasure) const bool kMeasure = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
@@ -45,4 +49,6 @@ const bool kDiffNormal = (kDifferentiated & (1u << kSlotNormal)) != 0;
 const bool kDiffEnvironment = (kDifferentiated & (1u << kSlotsPerMaterial)) != 0;
 const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotsPerMaterial;
 const bool kDiffLight = (kDifferentiated & kSlotMaskLight) != 0; // a light sample's own radiance is differentiated
+const bool kGuideLookup = kGuided || kRecord; // vertices find their cell
+const bool kPrefix = kReverse || kGuideLookup; // what a path has collected so far travels with it, in derivative modes
 const bool kDiffSurface = (kDifferentiated & ~kSlotMaskLight) != 0;

@@ -5,6 +5,29 @@ float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tape[plane * push.
 vec2 tapeGet2(uint slot, uint plane) { return vec2(tapeGet(slot, plane), tapeGet(slot, plane + 1)); }
 vec3 tapeGet3(uint slot, uint plane) { return vec3(tapeGet(slot, plane), tapeGet(slot, plane + 1), tapeGet(slot, plane + 2)); }
 
+// The derivative terms of a vertex by where their light came from, and what they add to the gradient.
+struct Terms {
+    DerivativeParts drawn; // with the drawn direction: |dw X| here, w (|dE| + T) from further along
+    DerivativeParts lit; // with the light sample: |dN|
+    DerivativeParts emitted; // |dE|: emission found here
+    vec3 own; // sum of adjoint times throughput times term
+};
+
+DerivativeParts noParts() { return DerivativeParts(vec3(0), vec3(0)); }
+Terms noTerms() { return Terms(noParts(), noParts(), noParts(), vec3(0)); }
+
+void addParts(INOUT(DerivativeParts) parts, vec3 value) {
+    if (!kRecord) return;
+    parts.plus += max(value, vec3(0));
+    parts.minus += max(-value, vec3(0));
+}
+
+// Positivization keeps the terms of one sign.
+vec3 wantedSign(vec3 value) {
+    if (!kGuideLookup || guide.sign == 0) return value;
+    return guide.sign > 0 ? max(value, vec3(0)) : min(value, vec3(0));
+}
+
 vec3 finiteDerivative(vec3 g) {
     if (!any(isnan(g)) && !any(isinf(g))) return g;
     atomicAdd(statistics[kDroppedDerivative], 1);
@@ -12,10 +35,10 @@ vec3 finiteDerivative(vec3 g) {
 }
 
 // `value`: derivative of each channel with respect to the same channel of a colour read through `a`.
-vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale) {
-    value = finiteDerivative(value);
+vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale, INOUT(vec3) own) {
     if (kReverse) {
         const vec3 g = reach * value;
+        if (kMeasure) own += g;
         for (uint k = 0; k < 4; ++k)
             if (a.texels.weight[k] != 0.0)
                 for (uint c = 0; c < 3; ++c) addGradient(a.gradient + 3 * a.texels.index[k] + c, a.texels.weight[k] * g[c], scale);
@@ -29,10 +52,10 @@ vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale) {
 }
 
 // `value`: derivative of the three channels with respect to one number read through `a`.
-vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach, vec2 scale) {
-    value = finiteDerivative(value);
+vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach, vec2 scale, INOUT(vec3) own) {
     float along = 0.0;
     const float g = dot(reach, value);
+    if (kMeasure) own.x += g;
     for (uint k = 0; k < 4; ++k) {
         if (a.texels.weight[k] == 0.0) continue;
         const uint entry = a.gradient + stride * a.texels.index[k] + component;
@@ -43,37 +66,41 @@ vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 rea
 }
 
 // dN_i V + dw_i X of one slot.
-vec3 slotDerivative(uint slot, uint plane, uint lightPlane, vec3 incident, float visible) {
-    return tapeGet3(slot, plane) * incident + visible * tapeGet3(slot, lightPlane);
+vec3 slotDerivative(uint slot, uint plane, uint lightPlane, vec3 incident, float visible, INOUT(Terms) terms) {
+    const vec3 drawn = finiteDerivative(tapeGet3(slot, plane) * incident), lit = finiteDerivative(visible * tapeGet3(slot, lightPlane));
+    addParts(terms.drawn, drawn);
+    addParts(terms.lit, lit);
+    const vec3 value = wantedSign(drawn) + wantedSign(lit);
+    return value;
 }
 
 // Sum over the slots of the surface: T_i without what comes from further along the path.
-vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach) {
+vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach, INOUT(Terms) terms) {
     vec3 sum = vec3(0);
     const uint asked = materialTexel(material * kMaterialTexels + 1).w >> kDifferentiatedShift;
     if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0)
-        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible), reach,
-                         batch.surfaceScale);
+        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible, terms), reach,
+                         batch.surfaceScale, terms.own);
     if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible), 1, 0,
-                          reach, batch.surfaceScale);
+        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible, terms), 1, 0,
+                          reach, batch.surfaceScale, terms.own);
     if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible), 1, 0,
-                          reach, batch.surfaceScale);
+        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible, terms), 1, 0,
+                          reach, batch.surfaceScale, terms.own);
     if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible), 1, 0,
-                          reach, batch.surfaceScale);
+        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible, terms), 1, 0,
+                          reach, batch.surfaceScale, terms.own);
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);
         for (uint c = 0; c < 3; ++c)
-            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible), 3, c, reach,
-                              batch.normalScale);
+            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible, terms), 3, c, reach,
+                              batch.normalScale, terms.own);
     }
     return sum;
 }
 
 // Emission that reaches the vertex with `factor`: of a material, or of the environment at map coordinates uv0.
-vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach) {
+vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach, INOUT(DerivativeParts) parts, INOUT(vec3) own) {
     SlotAddress a;
     if (material == kNone) {
         if (!kDiffEnvironment) return vec3(0);
@@ -86,5 +113,7 @@ vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach) {
         a = slotAddress(material, kSlotEmission, uv0, uv1);
     }
     if (a.gradient == kNone) return vec3(0);
-    return colorTerm(a, factor, reach, batch.emissionScale);
+    const vec3 kept = wantedSign(finiteDerivative(factor));
+    addParts(parts, kept);
+    return colorTerm(a, kept, reach, batch.emissionScale, own);
 }

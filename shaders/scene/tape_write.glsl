@@ -1,5 +1,5 @@
 // Derivatives of one scattering decision with respect to the values its slots hold at this point, and their record on the tape.
-// Expects tape[], nextTape[] and push.
+// Expects tape[] and push.
 
 struct SlotDerivatives {
     vec3 baseColor; // of each channel with respect to the same channel
@@ -19,10 +19,18 @@ void scaleSlotDerivatives(INOUT(SlotDerivatives) d, vec3 s) {
     d.normalZ *= s;
 }
 
-bool anySlotDerivative(SlotDerivatives d) {
-    const vec3 sum = abs(d.baseColor) + abs(d.roughness) + abs(d.metallic) + abs(d.specular) + abs(d.normalX) + abs(d.normalY) + abs(d.normalZ);
-    return any(greaterThan(sum, vec3(0)));
+
+// Sum over the parameters of the absolute derivatives of each channel (a look-up's weights add up to 1); sign: only of this sign.
+vec3 slotDerivativeNorm(SlotDerivatives d, int sign) {
+    if (sign == 0)
+        return abs(d.baseColor) + abs(d.roughness) + abs(d.metallic) + abs(d.specular) + abs(d.normalX) + abs(d.normalY) + abs(d.normalZ);
+    const float s = float(sign);
+    const vec3 zero = vec3(0);
+    return max(s * d.baseColor, zero) + max(s * d.roughness, zero) + max(s * d.metallic, zero) + max(s * d.specular, zero) +
+           max(s * d.normalX, zero) + max(s * d.normalY, zero) + max(s * d.normalZ, zero);
 }
+
+bool anySlotDerivative(SlotDerivatives d) { return any(greaterThan(slotDerivativeNorm(d, 0), vec3(0))); }
 
 // f |cos| and its derivatives; slots of this material nobody asked for stay zero.
 vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 wo, vec3 wi, OUT(SlotDerivatives) d) {
@@ -94,12 +102,4 @@ void tapeLight(uint slot, bool valid, LightSample light, vec3 factor) {
         tapePut(slot, kPlaneLight + 6, light.uv1.x);
         tapePut(slot, kPlaneLight + 7, light.uv1.y);
     }
-}
-
-// b of the vertex the ray will reach: b_{i+1} = b_i w_i; b_1 = 1.
-void tapeThroughput(uint slot, uint child, vec3 weight) {
-    vec3 b = weight;
-    if (push.bounce > 0)
-        for (uint c = 0; c < 3; ++c) b[c] *= uintBitsToFloat(tape[(kPlaneThroughput + c) * push.count + slot]);
-    for (uint c = 0; c < 3; ++c) nextTape[(kPlaneThroughput + c) * push.count + child] = floatBitsToUint(b[c]);
 }

@@ -18,6 +18,16 @@ CMPG_CONST kBindLightDensity = 9; // float a triangle: probability per unit area
 CMPG_CONST kBindEnvironmentCdf = 10; // float: (H-1) marginal, then (H-1) x W conditional cumulative probabilities
 CMPG_CONST kBindScene = 11; // SceneInfo
 
+// The guide, read and written in layouts of shaders/shared/guide.h.
+CMPG_CONST kBindGuideInfo = 12; // GuideInfo
+CMPG_CONST kBindGuideSpatial = 13; // uint a spatial node
+CMPG_CONST kBindGuideCells = 14; // uvec4 texels of GpuGuideCell
+CMPG_CONST kBindGuideNodes = 15; // uvec4 texels, four a quadtree node
+CMPG_CONST kBindGuideLeafSums = 26; // GuideLeafSums a quadrant
+CMPG_CONST kBindGuideCellSums = 27; // GuideCellSums a cell
+CMPG_CONST kBindGuideVisits = 28; // GuideVisit a vertex
+CMPG_CONST kBindPathMoments = 29; // vec2 a path: squared contribution, derivative met at the first vertex
+
 // One batch.
 CMPG_CONST kBindBatch = 16; // Batch
 CMPG_CONST kBindPixelOffsets = 17; // uint a pixel + 1: first path of each pixel of the batch
@@ -37,6 +47,8 @@ CMPG_CONST kBindHits = 34;
 CMPG_CONST kBindShadowRays = 35;
 CMPG_CONST kBindCounts = 36; // QueueCounts a bounce
 CMPG_CONST kBindVisibility = 37; // uint a shadow ray: 1 = visible
+CMPG_CONST kBindPrefixes = 38; // Prefix a ray, derivative modes
+CMPG_CONST kBindNextPrefixes = 39;
 
 // The tape: this bounce's pool and the next one's.
 CMPG_CONST kBindVertices = 40;
@@ -44,7 +56,13 @@ CMPG_CONST kBindNextVertices = 41;
 CMPG_CONST kBindTape = 42; // floats in planes of `capacity`, see shaders/shared/tape.h
 CMPG_CONST kBindTangents = 43; // vec3 a vertex: dE_i + T_i along the direction, forward mode
 CMPG_CONST kBindNextTangents = 44;
-CMPG_CONST kBindNextTape = 45;
+CMPG_CONST kBindDerivatives = 45; // DerivativeParts a vertex, passes that record
+CMPG_CONST kBindNextDerivatives = 46;
+CMPG_CONST kBindMoments = 47; // VertexMoment a vertex, passes that measure
+CMPG_CONST kBindNextMoments = 48;
+CMPG_CONST kBindArrivals = 49; // Arrival a ray, roulette only
+CMPG_CONST kBindNextArrivals = 50;
+CMPG_CONST kBindCopies = 51; // Copy a vertex, roulette only
 
 CMPG_SHARED_END
 #endif

@@ -25,7 +25,11 @@ CMPG_CONST kFeatureFrozen = 17; // f is evaluated with a second set of values
 CMPG_CONST kFeatureLayers = 18; // first-hit features are written
 CMPG_CONST kFeatureMaxDepth = 19;
 CMPG_CONST kFeatureThreads = 20; // threads of a CPU driver's static work split, 1 on a GPU
-CMPG_CONST kFeatureCount = 21;
+CMPG_CONST kFeatureGuided = 21; // directions are drawn from the guide too
+CMPG_CONST kFeatureRecord = 22; // vertices leave records for the guide
+CMPG_CONST kFeatureRoulette = 23; // paths end and split by what the guide expects of them
+CMPG_CONST kFeatureMeasure = 24; // the second moment of the paths' contributions is measured, reverse mode
+CMPG_CONST kFeatureCount = 25;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // as kFeatureThreads
@@ -42,8 +46,9 @@ CMPG_CONST kModeReverse = 2;
 
 // Dimension sets of one path vertex's random numbers; each is a 4-D point of its own.
 CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
-CMPG_CONST kSetScatter = 1; // direction x, y, lobe, (technique)
+CMPG_CONST kSetScatter = 1; // direction x, y, lobe, technique
 CMPG_CONST kSetLight = 2; // light, x, y
+CMPG_CONST kSetRoulette = 3; // copies of an arriving path
 
 CMPG_SHARED_END
 #endif

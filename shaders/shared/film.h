@@ -11,6 +11,7 @@ CMPG_CONST kMaxPixelSamples = 16384;
 struct FilmPixel {
     vec3 sum;
     vec3 compensation;
+    float squares; // sum over the samples of mean_rgb of the value squared
 };
 
 // First-hit features of one path; of a pixel: their sums.

@@ -18,6 +18,7 @@ CMPG_CONST kTapeLight = 6; // material of the light, its u0, v0 and dN_i / dL_e 
 CMPG_CONST kDroppedRadiance = 0; // non-finite light of a vertex
 CMPG_CONST kDroppedDerivative = 1; // non-finite derivative of a vertex
 CMPG_CONST kSaturatedGradient = 2; // contribution or sum too large for the fixed-point sum
+CMPG_CONST kSaturatedRecord = 3; // record of the guide too large for its fixed-point sum
 CMPG_CONST kStatisticsCount = 4;
 
 CMPG_SHARED_END

@@ -16,6 +16,28 @@ struct Ray {
     float pdf; // solid-angle density the direction was drawn with (mixture); 0 for camera rays
 };
 
+// What a path has collected on the way to the vertex its ray will find.
+struct Prefix {
+    vec3 throughput; // b_i
+    uint branch; // random numbers of the copies of a split path differ by it
+    vec3 tangent; // A_i >= ||db_i||_1: the sum over all parameters of the absolute derivatives of the throughput
+    uint copies; // product of the splits so far, at most kMaxCopies
+};
+
+// A ray that has arrived, when roulette is on: it goes on as `count` vertices side by side, each with weight 1/q.
+struct Arrival {
+    uint first, count;
+    float weight;
+};
+// The vertex's ray, and which of the arrival's copies it is.
+struct Copy {
+    uint ray, index;
+    float weight;
+    uint copies; // as Prefix::copies, this split included
+};
+CMPG_CONST kMaxSplit = 4; // copies of one arrival
+CMPG_CONST kMaxCopies = 64; // of one path at one bounce, so that a path always fits into the pools
+
 // Where a ray ended. t < 0: it left the scene.
 struct Hit {
     float t;
@@ -35,22 +57,37 @@ struct ShadowRay {
 // y above 65 535.
 struct QueueCounts {
     uint rays;
+    uint vertices; // as many as rays, unless roulette makes copies
     uint shadowRays;
     uint unfinished; // rays given up because they met too many records; anything but 0 deserves a warning
+    uint overflow; // of bounce 0: copies found no place at some bounce, and the batch is void
     uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
-    uvec3 vertexGroups; // kernels that take one vertex an invocation: kVertexGroup a workgroup
+    uvec3 arrivalGroups; // kernels that take one ray, or one vertex, an invocation: kVertexGroup a workgroup
+    uvec3 vertexGroups;
 };
 
 // One vertex of the tape: the local factors of the estimator, nothing multiplied by the prefix or divided by it.
 //   R_i = N_i + w_i (E_{i+1} + R_{i+1})
 struct Vertex {
     vec3 suffix; // while tracing: E_i, the emission found here times its MIS weight; after the scan: E_i + R_i
-    uint child; // slot in the next bounce's pool, kNone where the path ends
+    uint child; // ray of the next bounce, whose slot is also its vertex's unless roulette is on; kNone where the path ends
     vec3 direct; // N_i before visibility
     uint shadow; // its shadow ray, kNone without a light sample
     vec3 weight; // w_i = f_i / p_i
     uint path;
+};
+
+// What a vertex and all after it make of the parameters' terms: sums over terms of positive and of negated negative ones, emission
+// found at the vertex included. plus + minus is the L1 norm |dE_i| + T_i.
+struct DerivativeParts {
+    vec3 plus, minus;
+};
+
+// Second moment of a path's contributions: those of this vertex, and the sum of squares of all further along.
+struct VertexMoment {
+    vec3 own;
+    float below;
 };
 
 // Queue-wide arguments of the kernels that run once per bounce.

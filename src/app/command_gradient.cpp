@@ -1,6 +1,7 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
 #include "app/commands.h"
 #include "app/gradient_check.h"
+#include "app/guided_session.h"
 #include "app/output.h"
 #include "app/parameter_values.h"
 #include "app/session.h"
@@ -26,11 +27,14 @@ std::vector<std::vector<float>> directionsOf(const Session& session, const std::
 
 Image forward(const Options& options, Report& report, Session& session, const View& view) {
     const std::vector<std::vector<float>> directions = directionsOf(session, options.direction);
+    const std::uint32_t spp = options.effectiveSppGradient();
+    GuidedSession guided(options, report, session);
+    guided.train([&](std::uint32_t passes) { guided.passes().trainForward(view, spp, passes, options.seed, session.parameters, directions); });
     const Stopwatch watch;
-    Image gradient =
-        session.renderer().forward(view, options.effectiveSppGradient(), derivativeKey(options), session.parameters, directions);
+    Image gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions);
     report.seconds.gradient += watch.seconds();
-    report.spp = options.effectiveSppGradient();
+    report.spp = spp;
+    guided.finish();
     return gradient;
 }
 
@@ -93,19 +97,19 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         adjoint = adjointOfLoss(options, report, session, view, target);
     }
 
-    const Stopwatch watch;
     const std::uint32_t spp = options.effectiveSppGradient();
     if (options.target.empty())
         report.spp = spp;
-    PixelSamples samples;
-    if (options.pixelSampling.value_or(PixelSampling::Adjoint) == PixelSampling::Adjoint)
-        samples = sampleCounts(adjoint, spp, derivativeKey(options));
+    GuidedSession guided(options, report, session);
+    guided.train([&](std::uint32_t passes) { guided.passes().trainReverse(view, spp, passes, options.seed, adjoint); });
+    const Stopwatch watch;
     std::vector<std::vector<double>> gradients;
     for (std::uint32_t p : session.parameters)
         gradients.emplace_back(session.scene.parameters[p].entries());
-    session.renderer().reverse(view, spp, derivativeKey(options), adjoint, samples.counts, samples.weights, gradients);
+    guided.passes().reverse(view, spp, derivativeKey(options), adjoint, gradients);
     report.seconds.gradient = watch.seconds();
 
+    guided.finish();
     writeGradients(options, report, session, gradients);
     session.finish();
     return ExitCode::Done;

@@ -1,6 +1,7 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
 #include "app/commands.h"
 #include "app/contact_sheet.h"
+#include "app/guided_session.h"
 #include "app/interrupt.h"
 #include "app/loss_curve.h"
 #include "app/optimize_options.h"
@@ -70,7 +71,9 @@ ExitCode runOptimize(const Options& options, Report& report) {
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
     session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
-    RendererModel model(session.renderer(), views.views);
+    GuidedSession guided(options, report, session);
+    guided.passes().setLearning(usesGuide(options));
+    RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze);
     config.stop = &stopOnInterrupt();
 
     Optimization run(model, session.scene, config, session.parameters);
@@ -108,6 +111,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
     writeContactSheet(options, run, folder, views, report);
+    guided.finish();
     session.finish();
     if (!options.quiet)
         textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';

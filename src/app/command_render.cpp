@@ -1,5 +1,6 @@
 // render: an image of the scene, and layers of what the camera sees.
 #include "app/commands.h"
+#include "app/guided_session.h"
 #include "app/output.h"
 #include "app/session.h"
 
@@ -35,10 +36,12 @@ ExitCode runRender(const Options& options, Report& report) {
     const View view = viewOf(options, session.scene, "");
     session.prepare(view, folderOf(options.output), {Renderer::Mode::Render}, !options.layers.empty());
 
+    GuidedSession guided(options, report, session);
+    guided.train([&](std::uint32_t passes) { guided.passes().trainRender(view, options.effectiveSpp(), passes, options.seed); });
     const Stopwatch watch;
     Layers layers;
     const Image image =
-        session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
+        guided.passes().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
     report.seconds.primal = watch.seconds();
 
     writeExr(options.output, image);
@@ -47,6 +50,7 @@ ExitCode runRender(const Options& options, Report& report) {
         writeLayers(options.layers, layers);
         report.outputs.emplace_back("layers", options.layers);
     }
+    guided.finish();
     session.finish(&image);
     return ExitCode::Done;
 }

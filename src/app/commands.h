@@ -12,6 +12,7 @@ ExitCode runOptimize(const Options& options, Report& report);
 ExitCode runCompare(const Options& options, Report& report);
 ExitCode runInspect(const Options& options, Report& report);
 ExitCode runView(const Options& options, Report& report);
+ExitCode runGuide(const Options& options, Report& report);
 ExitCode runListDevices(const Options& options, Report& report);
 ExitCode runVersion(const Options& options, Report& report);
 

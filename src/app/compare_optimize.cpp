@@ -1,7 +1,7 @@
 // Whole optimisations of the same parameters by different methods, side by side in time.
 #include "app/compare_optimize.h"
 
-#include "optimize/image_model.h"
+#include "optimize/renderer_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,37 +13,15 @@ namespace {
 constexpr std::uint32_t kImagePass = 7;   // random numbers of the images compared at the end
 constexpr std::uint32_t kImageSpp = 64;
 
-// Guided passes as the image model of an optimisation. They sample pixels themselves.
-class GuidedModel final : public ImageModel {
-  public:
-    GuidedModel(Renderer& renderer, GuidedPasses& passes, const View& view) : renderer_(renderer), passes_(passes), view_(view) {}
-
-    std::size_t views() const override { return 1; }
-    std::pair<int, int> size(std::size_t) const override { return {view_.width, view_.height}; }
-    Image render(std::size_t, std::uint32_t spp, const PassKey& key) override { return passes_.render(view_, spp, key); }
-    void reverse(std::size_t, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t>,
-                 std::span<const float>, std::vector<std::vector<double>>& gradients) override {
-        passes_.reverse(view_, spp, key, adjoint, gradients);
-    }
-    void setParameter(std::uint32_t parameter, std::span<const float> values) override { renderer_.setParameter(parameter, values); }
-
-  private:
-    Renderer& renderer_;
-    GuidedPasses& passes_;
-    View view_;
-};
-
 // One optimisation with a scene of its own.
 class Run {
   public:
     Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
-          passes_(renderer_, method.options), model_(renderer_, passes_, subject.view), learns_(method.needsGuide()) {
+          passes_(renderer_, method.options), model_(renderer_, passes_, {subject.view}, subject.options.freeze) {
         renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
-        if (learns_)
-            passes_.setLearning(true);
+        passes_.setLearning(method.needsGuide());
         config.targets = {subject.target};
-        config.pixelSampling = PixelSampling::Uniform; // the passes do it
         optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);
         curve_.push_back({0, 0, meanSquaredParameterError(values(), subject.truth)});
     }
@@ -51,8 +29,6 @@ class Run {
     void step() {
         const Stopwatch watch;
         optimization_->step();
-        if (learns_)
-            passes_.endStep();
         seconds_ += watch.seconds();
         curve_.push_back({seconds_, optimization_->state().step, meanSquaredParameterError(values(), subject_.truth)});
     }
@@ -80,8 +56,7 @@ class Run {
     Scene scene_;
     Renderer renderer_;
     GuidedPasses passes_;
-    GuidedModel model_;
-    bool learns_;
+    RendererModel model_;
     std::unique_ptr<Optimization> optimization_;
     double seconds_ = 0;
     std::vector<CurvePoint> curve_;
@@ -90,7 +65,7 @@ class Run {
 void advance(std::vector<std::unique_ptr<Run>>& runs, const CompareSubject& subject, const OptimizeConfig& config,
              const std::function<void(const std::string&)>& progress) {
     const std::optional<float> time = subject.options.time;
-    while (!(config.stop && config.stop->load())) {
+    for (;;) {
         std::size_t next = runs.size();
         for (std::size_t i = 0; i < runs.size(); ++i) {
             if (time ? runs[i]->seconds() >= double(*time) : runs[i]->steps() >= config.steps)
@@ -142,8 +117,6 @@ OptimizeComparison compareOptimisations(Device& device, const CompareSubject& su
             comparison.initialError = runs.front()->curve().front().error;
         }
         advance(runs, subject, own, progress);
-        if (config.stop && config.stop->load())
-            return comparison;
         for (std::size_t i = 0; i < runs.size(); ++i) {
             OptimizeResult& result = comparison.results[i];
             Run& run = *runs[i];

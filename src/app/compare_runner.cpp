@@ -22,8 +22,6 @@ struct Snapshot {
 // About six points per factor of ten.
 std::uint64_t nextSnapshot(std::uint64_t passes) { return std::max(passes + 1, std::uint64_t(std::ceil(double(passes) * 1.45))); }
 
-bool stopped(const CompareBudget& budget) { return budget.stop && budget.stop->load(); }
-
 std::vector<Snapshot> measure(const std::vector<Contestant>& contestants, const CompareBudget& budget, std::vector<GradientResult>& results,
                               const std::function<void(const std::string&)>& progress) {
     std::vector<Snapshot> snapshots;
@@ -31,7 +29,7 @@ std::vector<Snapshot> measure(const std::vector<Contestant>& contestants, const 
     const auto done = [&](const GradientResult& r) {
         return r.statistics.passes() >= budget.passes && (!budget.seconds || r.seconds >= *budget.seconds);
     };
-    while (!stopped(budget)) {
+    for (;;) {
         std::size_t next = contestants.size();
         for (std::size_t i = 0; i < results.size(); ++i) {
             if (done(results[i]))
@@ -81,8 +79,8 @@ MeasuredReference makeReference(const std::vector<Contestant>& contestants, std:
     made.madeBy = contestants[best].name;
     EstimateStatistics statistics(entries);
     constexpr std::uint64_t kFewest = 4; // passes: they have to show their own variance
-    while (!stopped(budget) && (statistics.passes() < kFewest ||
-                                (made.seconds < most && statistics.meanVariance() > kReferenceGoal * goal))) {
+    while (statistics.passes() < kFewest ||
+           (made.seconds < most && statistics.meanVariance() > kReferenceGoal * goal)) {
         const Pass pass = contestants[best].pass(kReferenceIndex + std::uint32_t(statistics.passes()));
         statistics.add(pass.values);
         made.seconds += pass.seconds;
@@ -117,8 +115,6 @@ GradientComparison compareGradients(const std::vector<Contestant>& contestants, 
     for (const Contestant& contestant : contestants)
         comparison.results.emplace_back(contestant.name, entries);
     const std::vector<Snapshot> snapshots = measure(contestants, budget, comparison.results, progress);
-    if (stopped(budget))
-        return comparison;
     if (given)
         comparison.reference.reference = std::move(*given);
     else

@@ -3,7 +3,6 @@
 
 #include "app/estimate_statistics.h"
 
-#include <atomic>
 #include <functional>
 #include <optional>
 #include <string>
@@ -26,7 +25,6 @@ struct CompareBudget {
     std::optional<double> seconds; // of passes, for each contestant; without: `passes` each
     std::uint32_t passes = 16;     // with `seconds`: the fewest
     std::optional<double> referenceSeconds; // most time for the reference; without: twice that of all measured passes
-    const std::atomic<bool>* stop = nullptr;
 };
 
 struct CurvePoint {

@@ -108,6 +108,7 @@ RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& me
     config.memoryBudget = subject.options.memory << 20;
     config.guiding = method.needsGuide();
     config.guideMemory = subject.options.guideMemory << 20;
+    config.guide.forgetting = double(subject.options.forgetting);
     return config;
 }
 

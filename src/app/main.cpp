@@ -24,6 +24,8 @@ ExitCode dispatch(const Options& options, Report& report) {
         return runInspect(options, report);
     case Command::View:
         return runView(options, report);
+    case Command::Guide:
+        return runGuide(options, report);
     case Command::ListDevices:
         return runListDevices(options, report);
     case Command::Version:

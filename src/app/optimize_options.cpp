@@ -46,7 +46,7 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.optimizer.schedule = options.schedule;
     config.optimizer.finalFactor = options.finalRate;
     config.totalVariation = double(options.totalVariation);
-    config.pixelSampling = options.pixelSampling.value_or(PixelSampling::Adjoint);
+    config.warmUp = options.warmUp;
     return config;
 }
 

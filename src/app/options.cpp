@@ -154,6 +154,9 @@ void addOptimizer(CLI::App& app, Options& o) {
     addEnum(app, "--schedule", o.schedule, kSchedules, "constant", "How the rate falls");
     app.add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")
         ->option_text(kind("F", "0.1"));
+    addCount(app, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
+    addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
+    app.add_option("--forgetting", o.forgetting, "What the guide keeps of older steps, each step")->option_text(kind("F", "0.9"));
     app.add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
         ->option_text(kind("W", "0"));
 }
@@ -220,6 +223,13 @@ void addCommands(CLI::App& app, Options& o) {
     view->add_flag("--signed", o.isSigned, "Signed data: blue below zero, orange above, with the scale");
     view->add_option("--exposure", o.exposure, "Multiply by 2^E")->option_text(kind("E", "0"));
     view->add_option("--scale", o.scale, "Signed: the value of the deepest colour")->option_text(kind("S", "99.5th percentile of |value|"));
+
+    CLI::App* guide = addCommand(app, o, Command::Guide, "What a saved guide holds; -o FOLDER draws one of its cells", "Guide");
+    guide->add_flag("--validate", o.validateGuide, "Check all that must hold; exit code 1 if something does not");
+    guide->add_flag("--csv", o.csv, "Print one line per cell instead");
+    addCount(*guide, "--cell", o.cell, "Cell to draw")->option_text(kind("N", "the one with most records"));
+    guide->add_option("--weights", o.weights, "Weights of light and of its derivatives in the mixture that is drawn")
+        ->option_text(kind("L,D", "1,1"));
 }
 
 // --config has to be read before the rest is parsed, as the command line overrides it.

@@ -15,12 +15,12 @@
 
 namespace cmpg {
 
-enum class Command { None, Render, Gradient, Optimize, Compare, Inspect, View, ListDevices, Version };
+enum class Command { None, Render, Gradient, Optimize, Compare, Inspect, View, Guide, ListDevices, Version };
 const char* commandName(Command command);
 
 struct Options {
     Command command = Command::None;
-    std::string input;  // the scene, or the image of `view`
+    std::string input;  // the scene, the image of `view`, the file of `guide`
     std::string output; // -o
     std::string config; // --config
     bool headless = false, json = false, quiet = false;
@@ -65,6 +65,8 @@ struct Options {
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;
     float totalVariation = 0;
+    std::uint32_t warmUp = 0, freeze = ~0u; // steps that only learn the guide; from which on it stays as it is
+    float forgetting = 0.9f;
 
     // compare
     std::string methods = "plain,primal,conditional,ours";
@@ -80,6 +82,11 @@ struct Options {
     float exposure = 0;
     std::optional<float> scale;
     std::string layer;
+
+    // guide
+    bool validateGuide = false, csv = false;
+    std::optional<std::uint32_t> cell; // default: the one with most records
+    std::string weights = "1,1";      // of light and of derivatives in the mixture drawn
 
     std::uint32_t effectiveSpp() const;         // of images
     std::uint32_t effectiveSppGradient() const; // of derivative passes
@@ -119,7 +126,8 @@ inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, 
 inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
-    {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},        {Command::Compare, "compare"},
-    {Command::Inspect, "inspect"}, {Command::View, "view"},         {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
+    {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},
+    {Command::Compare, "compare"}, {Command::Inspect, "inspect"},   {Command::View, "view"},
+    {Command::Guide, "guide"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
 
 } // namespace cmpg

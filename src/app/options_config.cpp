@@ -59,6 +59,16 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("schedule", o.schedule, kSchedules);
     v("final-rate", o.finalRate);
     v("total-variation", o.totalVariation);
+    v("warm-up", o.warmUp);
+    v("freeze", o.freeze);
+    v("forgetting", o.forgetting);
+}
+
+template <class O, class V> void visitGuide(O& o, V&& v) {
+    v("validate", o.validateGuide);
+    v("csv", o.csv);
+    v("cell", o.cell);
+    v("weights", o.weights);
 }
 
 template <class O, class V> void visitCompare(O& o, V&& v) {
@@ -231,6 +241,7 @@ void validateOptimize(const Options& o) {
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
 }
 
 void validateCompare(const Options& o) {
@@ -255,6 +266,7 @@ void validateCompare(const Options& o) {
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
 }
 
 } // namespace
@@ -269,6 +281,7 @@ nlohmann::ordered_json toConfig(const Options& options) {
     o.train = o.effectiveTrain();
     o.mask = absolutePath(o.mask);
     o.adjoint = absolutePath(o.adjoint);
+    o.loadGuide = absolutePath(o.loadGuide);
     if (o.reference != "auto")
         o.reference = absolutePath(o.reference);
     if (o.direction != "one" && o.direction != "self")
@@ -285,6 +298,10 @@ nlohmann::ordered_json toConfig(const Options& options) {
     Writer writer{json};
     if (o.command == Command::View) {
         visitView(o, writer);
+        return json;
+    }
+    if (o.command == Command::Guide) {
+        visitGuide(o, writer);
         return json;
     }
     visitCommon(o, writer);
@@ -314,6 +331,7 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         visitOptimize(options, reader);
         visitCompare(options, reader);
         visitView(options, reader);
+        visitGuide(options, reader);
         if (!reader.found)
             refuse("the configuration has an unknown key '" + key + "'", "keys are the names of options without the dashes");
     }
@@ -323,9 +341,11 @@ void validate(const Options& o) {
     if (o.command == Command::ListDevices || o.command == Command::Version)
         return;
     if (o.command == Command::None)
-        refuse("no command given", "one of render, gradient, optimize, compare, inspect, view; see cmpg-vk --help");
+        refuse("no command given", "one of render, gradient, optimize, compare, inspect, view, guide; see cmpg-vk --help");
     if (o.input.empty())
-        refuse(commandName(o.command) + std::string(o.command == Command::View ? " needs an image" : " needs a scene"));
+        refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
+                                                        : o.command == Command::Guide ? " needs a guide"
+                                                                                      : " needs a scene"));
 
     constexpr std::uint32_t kMaxSamples = 1u << 24; // counts stay exact in float
     constexpr std::uint32_t kMaxEdge = 1u << 15;

@@ -1,6 +1,7 @@
 // A scene on a device as the options want it: what every rendering command starts from.
 #include "app/session.h"
 
+#include "app/guided_session.h"
 #include "app/parameter_values.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -71,6 +72,9 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
     config.sampler = options_.sampler;
     config.lightSampling = !options_.noLightSampling;
     config.memoryBudget = options_.memory << 20;
+    config.guiding = usesGuide(options_);
+    config.guideMemory = options_.guideMemory << 20;
+    config.guide.forgetting = double(options_.forgetting);
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
     renderer_->prepare(modes, layers);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());

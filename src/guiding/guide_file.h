@@ -1,20 +1,13 @@
 // Guides on disk: versioned, checked, bound to the scene's geometry and to the names of the parameters.
 #pragma once
 
-#include "guiding/sampling.h"
+#include "guiding/sampling_choice.h"
 #include "guiding/sd_tree.h"
 
 #include <filesystem>
 #include <map>
 
 namespace cmpg {
-
-// Variance times cost of one way of sampling, from training passes: what `auto` and the roulette gate decide from.
-struct SamplingFigures {
-    double secondMoment = 0; // sum over the paths of a pass of squared contributions, for one sample per pixel
-    double rays = 0;         // per path
-    std::uint32_t passes = 0; // 0: not measured
-};
 
 // What a guide needs to be used again.
 struct GuideRecord {

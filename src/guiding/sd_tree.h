@@ -74,6 +74,8 @@ class SdTree {
     static constexpr std::uint32_t kScoutDepth = 12;     // spatial levels of a tree that knows nothing yet
     static constexpr std::uint32_t kScoutQuadDepth = 3;  // levels of its quadtrees: 8 x 8 leaves
 
+    static constexpr double kMaxMean = 1e30;             // of a cell: more is an error and would overflow on the device
+
     // A tree that knows nothing: a regular grid of cells with regular quadtrees, all masses 0 (less deep where maxNodes demands it).
     // The first update keeps as much of it as its records justify: a subtree that got at most cellRecords becomes one cell.
     SdTree(glm::vec3 lower, glm::vec3 upper, const SdTreeConfig& config);

@@ -12,12 +12,13 @@ class ImageModel {
     virtual std::size_t views() const = 0;
     virtual std::pair<int, int> size(std::size_t view) const = 0; // width, height in pixels
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
-    // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order. `perPixel` and
-    // `weights` as in Renderer::reverse: empty for `spp` everywhere.
-    virtual void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                         std::span<const std::uint32_t> perPixel, std::span<const float> weights,
-                         std::vector<std::vector<double>>& gradients) = 0;
+    // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order, from `spp` samples
+    // per pixel on average. Returns how many samples there were.
+    virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                  std::vector<std::vector<double>>& gradients) = 0;
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
+    // After the passes of a step, before its update: the model may learn from them.
+    virtual void endStep() {}
 };
 
 } // namespace cmpg

@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <numeric>
 
 namespace cmpg {
 namespace {
@@ -77,6 +76,10 @@ StepReport Optimization::step() {
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
     for (std::size_t view = 0; view < model_.views(); ++view)
         addView(view, report);
+    {
+        const Stopwatch watch(report.secondsGuide);
+        model_.endStep();
+    }
     applyUpdate(report);
     ++state_.step;
     return report;
@@ -107,12 +110,7 @@ void Optimization::addView(std::size_t view, StepReport& report) {
 
     const Stopwatch watch(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
-    PixelSamples samples;
-    if (config_.pixelSampling == PixelSampling::Adjoint)
-        samples = sampleCounts(loss.adjoint, config_.sppGradient, key);
-    model_.reverse(view, config_.sppGradient, key, loss.adjoint, samples.counts, samples.weights, gradients_);
-    report.samples += samples.counts.empty() ? std::uint64_t(config_.sppGradient) * image.pixels()
-                                             : std::accumulate(samples.counts.begin(), samples.counts.end(), std::uint64_t(0));
+    report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
 }
 
 void Optimization::applyUpdate(StepReport& report) {
@@ -134,6 +132,8 @@ void Optimization::applyUpdate(StepReport& report) {
                     "values of the scene or the target are too large, or a learning rate threw the parameters off",
                     "lower the learning rate or look at the target");
 
+    if (state_.step < config_.warmUp)
+        return;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         Parameter& parameter = scene_.parameters[parameters_[i]];
         report.dropped += updateParameter(optimizer, state_.step, factor, gradients_[i], state_.moments[i], parameter);

@@ -5,7 +5,6 @@
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
 #include "optimize/target.h"
-#include "render/pixel_sampling.h"
 
 #include <atomic>
 #include <functional>
@@ -19,7 +18,7 @@ struct OptimizeConfig {
     Loss loss = Loss::Mse;
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
-    PixelSampling pixelSampling = PixelSampling::Adjoint;
+    std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
 };
@@ -30,6 +29,7 @@ struct StepReport {
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
+    double secondsGuide = 0;
     std::vector<double> gradientNorm; // Euclidean, per parameter, finite entries only
     std::uint64_t samples = 0;        // camera paths of both passes
     std::uint64_t dropped = 0;        // gradient entries and pixels left out because they were not finite
@@ -47,8 +47,8 @@ class Optimization {
     // and its target do not fit.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters);
 
-    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; then regulariser, update,
-    // projection. Error(Numerical) if no gradient entry at all is finite.
+    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; then the model learns; regulariser,
+    // update, projection. Error(Numerical) if no gradient entry at all is finite.
     StepReport step();
     // Steps until done or stopped, calling `afterStep` after each. False: stopped.
     bool run(const std::function<void(const StepReport&)>& afterStep = {});

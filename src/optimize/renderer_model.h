@@ -2,26 +2,36 @@
 #pragma once
 
 #include "optimize/image_model.h"
+#include "render/guided_passes.h"
 
 namespace cmpg {
 
-// The renderer's images. Its RenderConfig::differentiable must be the optimised parameters, in the same order.
+// The renderer's images, drawn as `passes` decide. Its RenderConfig::differentiable must be the optimised parameters, in the same order.
 class RendererModel final : public ImageModel {
   public:
-    RendererModel(Renderer& renderer, std::vector<View> cameras) : renderer_(renderer), views_(std::move(cameras)) {}
+    // From step `freeze` on the guide stays as it is.
+    RendererModel(Renderer& renderer, GuidedPasses& passes, std::vector<View> cameras, std::uint32_t freeze = ~0u)
+        : renderer_(renderer), passes_(passes), views_(std::move(cameras)), freeze_(freeze) {}
 
     std::size_t views() const override { return views_.size(); }
     std::pair<int, int> size(std::size_t view) const override { return {views_.at(view).width, views_.at(view).height}; }
-    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return renderer_.render(views_.at(view), spp, key); }
-    void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                 std::span<const float> weights, std::vector<std::vector<double>>& gradients) override {
-        renderer_.reverse(views_.at(view), spp, key, adjoint, perPixel, weights, gradients);
+    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.render(views_.at(view), spp, key); }
+    std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                          std::vector<std::vector<double>>& gradients) override {
+        return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);
     }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { renderer_.setParameter(parameter, values); }
+    void endStep() override {
+        passes_.endStep();
+        if (++step_ >= freeze_)
+            passes_.setLearning(false);
+    }
 
   private:
     Renderer& renderer_;
+    GuidedPasses& passes_;
     std::vector<View> views_;
+    std::uint32_t freeze_, step_ = 0;
 };
 
 } // namespace cmpg

@@ -2,11 +2,13 @@
 #include "render/renderer.h"
 
 #include "base/error.h"
+#include "render/guide.h"
 #include "render/wavefront.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 namespace cmpg {
 
@@ -28,6 +30,7 @@ struct PassInput {
     const Image* adjoint = nullptr;
     std::span<const float> weights;
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
+    PassSampling sampling;
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
 };
@@ -54,13 +57,6 @@ void placeCamera(gpu::Batch& b, const View& view) {
     b.orthographic = c.orthographic;
 }
 
-// 2^k in two factors a float can hold, k = bits - log2(magnitude).
-glm::vec2 fixedPointScale(double magnitude, double& unit) {
-    const int k = int(std::clamp(std::floor(kGradientBits - std::log2(std::max(magnitude, 1e-60))), -240.0, 240.0));
-    unit = std::ldexp(1.0, -k);
-    return {std::ldexp(1.0f, k / 2), std::ldexp(1.0f, k - k / 2)};
-}
-
 // Decoding 8-bit texels at every look-up costs more than reading floats; only large textures nobody changes stay packed.
 constexpr std::size_t kPackedTexels = std::size_t(1) << 20;
 
@@ -79,28 +75,26 @@ struct Renderer::Impl {
     RenderConfig config;
     FeatureSet features;
     SceneBuffers buffers;
-    std::unique_ptr<Pools> pools;
-    std::uint32_t modes = 0; // the pools are made for
-    std::map<std::pair<std::uint32_t, bool>, Wavefront> wavefronts; // by mode and layers
+    PoolNeeds needs;
+    std::unique_ptr<Pools> pools; // made for `needs`
+    std::map<FeatureSet::Pass, Wavefront> wavefronts;
     RenderStatistics statistics;
-    bool frozen = false;
+    PassSampling sampling; // of the passes to come
+    PassMeasure measure;   // of the last one
+    std::optional<Guide> guide;
 
     Impl(Device& d, Scene& s, const RenderConfig& c)
         : device(d), scene(unpackSmallTextures(s)), config(c),
           features(c.allFeatures ? allFeatures(s, c.differentiable, c.lightSampling) : analyse(s, c.differentiable, c.lightSampling)),
-          buffers(d, s, features, c.differentiable, c.frozenEvaluation) {}
+          buffers(d, s, features, c.differentiable, c.frozenEvaluation) {
+        needs.maxDepth = config.maxDepth;
+        needs.gradientEntries = buffers.gradientEntries();
+        if (config.guiding)
+            guide.emplace(device, scene, config);
+    }
 
-    Wavefront& wavefront(std::uint32_t mode, bool layers) {
-        const bool grow = !pools || !(modes >> mode & 1u) || (layers && !pools->layers);
-        if (grow) {
-            modes |= 1u << mode;
-            const bool withLayers = layers || (pools && pools->layers);
-            pools.reset();
-            pools = std::make_unique<Pools>(device, features, modes, config.maxDepth, buffers.gradientEntries(), withLayers, config.memoryBudget);
-        }
-        const auto found = wavefronts.find({mode, layers});
-        if (found != wavefronts.end())
-            return found->second;
+    // The kernels a pass needs.
+    FeatureSet::Pass kernelsOf(std::uint32_t mode, bool layers, const PassSampling& s) const {
         FeatureSet::Pass pass;
         pass.mode = mode;
         pass.sobol = config.sampler == Sampler::Sobol;
@@ -108,61 +102,112 @@ struct Renderer::Impl {
         pass.layers = layers;
         pass.maxDepth = config.maxDepth;
         pass.threads = device.driverThreads();
-        Wavefront& w = wavefronts.try_emplace({mode, layers}, device, features, pass).first->second;
-        warmUp(device, w.kernels(), w.bindings(buffers, *pools).front());
+        if (!guide)
+            return pass;
+        pass.record = s.record;
+        pass.guided = s.kind != Sampling::Bsdf && !guide->tree.empty();
+        pass.roulette = s.roulette && mode == kModeReverse && s.reference > 0 && !guide->tree.empty();
+        pass.measure = mode == kModeReverse;
+        return pass;
+    }
+
+    Wavefront& wavefront(const FeatureSet::Pass& pass) {
+        PoolNeeds all = needs;
+        all.modes |= 1u << pass.mode;
+        all.layers |= pass.layers;
+        all.guiding |= pass.guided || pass.record || pass.roulette || pass.measure;
+        all.roulette |= pass.roulette;
+        if (!pools || all != needs) {
+            needs = all;
+            pools.reset();
+            pools = std::make_unique<Pools>(device, features, needs, config.memoryBudget);
+        }
+        const auto found = wavefronts.find(pass);
+        if (found != wavefronts.end())
+            return found->second;
+        Wavefront& w = wavefronts.try_emplace(pass, device, features, pass).first->second;
+        warmUp(device, w.kernels(), w.bindings(buffers, *pools, guideBuffers()).front());
         return w;
+    }
+
+    const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
+
+    // A batch of at most `most` paths from sample `done` of `pixel` on; both move on to what comes next.
+    gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t& pixel, std::uint32_t& done, std::vector<std::uint32_t>& offsets) const {
+        const std::size_t pixels = std::size_t(in.width) * in.height;
+        gpu::Batch batch{};
+        batch.seed = {std::uint32_t(in.key.seed), std::uint32_t(in.key.seed >> 32)};
+        batch.step = in.key.step;
+        batch.pass = in.key.pass;
+        batch.firstPixel = std::uint32_t(pixel);
+        batch.firstSample = done;
+        batch.width = in.width;
+        batch.height = in.height;
+        batch.surfaceScale = in.surfaceScale;
+        batch.normalScale = in.normalScale;
+        batch.emissionScale = in.emissionScale;
+        placeCamera(batch, in.view);
+        offsets.clear();
+        bool split = false; // the last pixel goes on in the next batch
+        while (pixel < pixels && !split && batch.paths < most && offsets.size() < most) {
+            const std::uint32_t left = in.samples(pixel) - done;
+            const std::uint32_t take = std::min({left, most - batch.paths, gpu::kMaxPixelSamples});
+            offsets.push_back(batch.paths);
+            batch.paths += take;
+            split = take < left;
+            done = split ? done + take : 0;
+            pixel += split ? 0 : 1;
+        }
+        batch.pixels = std::uint32_t(offsets.size());
+        offsets.push_back(batch.paths);
+        return batch;
+    }
+
+    void uploadAdjoint(const PassInput& in, const gpu::Batch& batch) {
+        std::vector<glm::vec3> adjoint(batch.pixels, glm::vec3(0));
+        if (in.adjoint)
+            for (std::size_t i = 0; i < adjoint.size(); ++i) {
+                const std::size_t p = batch.firstPixel + i;
+                const float weight = in.weights.empty() ? 1.0f / float(in.spp) : in.weights[p];
+                const float* a = &in.adjoint->values[3 * p];
+                adjoint[i] = glm::vec3(a[0], a[1], a[2]) * weight;
+            }
+        pools->adjoint.uploadAll(adjoint);
     }
 
     // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
-        Wavefront& w = wavefront(mode, layers);
+        const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling);
+        Wavefront& w = wavefront(pass);
+        if (guide)
+            pools->guideInfo.upload(std::as_bytes(std::span(&guide->info(pass, in.sampling, in.spp), 1)));
         Commands commands(device);
-        w.record(commands, buffers, *pools, film);
+        w.record(commands, buffers, *pools, guideBuffers(), film);
 
         const std::size_t pixels = std::size_t(in.width) * in.height;
-        const std::uint32_t capacity = pools->capacity;
+        // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
+        std::uint32_t most = pass.roulette ? pools->capacity / 2 : pools->capacity;
         std::vector<std::uint32_t> offsets;
         std::vector<gpu::FilmPixel> tile;
         std::vector<gpu::LayerSample> layerTile;
-        std::vector<glm::vec3> adjoint;
         gpu::FilmPixel carry{};
         gpu::LayerSample layerCarry{};
         std::size_t pixel = 0;
         std::uint32_t done = 0; // samples of `pixel` that earlier batches took
+        measure = {};
         while (pixel < pixels) {
-            gpu::Batch batch{};
-            batch.seed = {std::uint32_t(in.key.seed), std::uint32_t(in.key.seed >> 32)};
-            batch.step = in.key.step;
-            batch.pass = in.key.pass;
-            batch.firstPixel = std::uint32_t(pixel);
-            batch.firstSample = done;
-            batch.width = in.width;
-            batch.height = in.height;
-            batch.surfaceScale = in.surfaceScale;
-            batch.normalScale = in.normalScale;
-            batch.emissionScale = in.emissionScale;
-            placeCamera(batch, in.view);
-            offsets.clear();
-            bool split = false; // the last pixel goes on in the next batch
-            while (pixel < pixels && !split && batch.paths < capacity && offsets.size() < capacity) {
-                const std::uint32_t left = in.samples(pixel) - done;
-                const std::uint32_t take = std::min({left, capacity - batch.paths, gpu::kMaxPixelSamples});
-                offsets.push_back(batch.paths);
-                batch.paths += take;
-                split = take < left;
-                done = split ? done + take : 0;
-                pixel += split ? 0 : 1;
-            }
-            batch.pixels = std::uint32_t(offsets.size());
-            offsets.push_back(batch.paths);
-
+            const std::size_t startPixel = pixel;
+            const std::uint32_t startSample = done;
+            const gpu::Batch batch = nextBatch(in, most, pixel, done, offsets);
+            const bool split = done > 0;
             pools->batch.upload(std::as_bytes(std::span(&batch, 1)));
             pools->pixelOffsets.uploadAll(offsets);
             std::vector<gpu::QueueCounts> counts(config.maxDepth + 1);
             counts[0].rays = batch.paths;
             counts[0].rayGroups = {(batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk, 1, 1};
             counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
+            counts[0].arrivalGroups = counts[0].vertexGroups;
             pools->counts.uploadAll(counts);
             if (film) {
                 tile.assign(batch.pixels, {});
@@ -174,19 +219,24 @@ struct Renderer::Impl {
                     pools->layerFilm.uploadAll(layerTile);
                 }
             }
-            if (mode == kModeReverse) {
-                adjoint.assign(batch.pixels, glm::vec3(0));
-                if (in.adjoint)
-                    for (std::size_t i = 0; i < adjoint.size(); ++i) {
-                        const std::size_t p = batch.firstPixel + i;
-                        const float weight = in.weights.empty() ? 1.0f / float(in.spp) : in.weights[p];
-                        const float* a = &in.adjoint->values[3 * p];
-                        adjoint[i] = glm::vec3(a[0], a[1], a[2]) * weight;
-                    }
-                pools->adjoint.uploadAll(adjoint);
-            }
+            if (mode == kModeReverse)
+                uploadAdjoint(in, batch);
             commands.submitAndWait();
-            countRays();
+            counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
+            if (counts[0].overflow) {
+                pixel = startPixel;
+                done = startSample;
+                most = std::max(1u, batch.paths / 2);
+                continue;
+            }
+            if (pass.roulette)
+                most = roomFor(batch, counts);
+            countRays(counts);
+            if (pass.measure)
+                for (const glm::vec2& m : pools->pathMoments.downloadAll<glm::vec2>(batch.paths)) {
+                    measure.secondMoment += double(m.x);
+                    measure.reference += double(m.y) / double(pixels);
+                }
             if (!film)
                 continue;
             tile = pools->film.downloadAll<gpu::FilmPixel>(batch.pixels);
@@ -201,11 +251,23 @@ struct Renderer::Impl {
         return countDropped();
     }
 
-    void countRays() {
-        const auto counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
+    // Paths of the next batch, from how many vertices the last one's made at their fullest bounce.
+    std::uint32_t roomFor(const gpu::Batch& batch, const std::vector<gpu::QueueCounts>& counts) const {
+        constexpr double kReserve = 0.8;
+        std::uint32_t fullest = 1;
+        for (const gpu::QueueCounts& c : counts)
+            fullest = std::max(fullest, c.vertices);
+        const double fits = kReserve * pools->capacity * double(std::max(batch.paths, 1u)) / fullest;
+        return std::uint32_t(std::clamp(fits, 1.0, double(pools->capacity)));
+    }
+
+    void countRays(const std::vector<gpu::QueueCounts>& counts) {
         statistics.paths += counts[0].rays;
+        measure.paths += counts[0].rays;
         for (const gpu::QueueCounts& c : counts) {
-            statistics.rays += std::uint64_t(c.rays) + c.shadowRays;
+            const std::uint64_t rays = std::uint64_t(c.rays) + c.shadowRays;
+            statistics.rays += rays;
+            measure.rays += rays;
             statistics.dropped["unfinished rays"] += c.unfinished;
         }
     }
@@ -214,6 +276,7 @@ struct Renderer::Impl {
         auto counters = pools->statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
         statistics.dropped["non-finite radiance"] += counters[gpu::kDroppedRadiance];
         statistics.dropped["non-finite derivative"] += counters[gpu::kDroppedDerivative];
+        statistics.dropped["saturated guide record"] += counters[gpu::kSaturatedRecord];
         const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
         std::fill(counters.begin(), counters.end(), 0u);
         pools->statistics.uploadAll(counters);
@@ -221,8 +284,12 @@ struct Renderer::Impl {
     }
 
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
-        const PassInput in = passInput(view, key, spp);
+        PassInput in = passInput(view, key, spp);
+        in.sampling = sampling;
+        if (guide && sampling.record)
+            guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
         Image result(view.width, view.height, 3);
+        double variance = 0; // of the pixels' means, summed
         if (layers)
             *layers = {Image(view.width, view.height, 3), Image(view.width, view.height, 1), Image(view.width, view.height, 3),
                        Image(view.width, view.height, 1, float(spp))};
@@ -230,6 +297,7 @@ struct Renderer::Impl {
             const glm::dvec3 mean = (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(spp);
             for (int c = 0; c < 3; ++c)
                 result.values[3 * pixel + c] = float(mean[c]);
+            variance += std::max(0.0, double(p.squares) / double(spp) - glm::dot(mean, mean) / 3) / double(std::max(1u, spp - 1));
             if (!layers)
                 return;
             const float hits = std::max(l.hit, 1.0f);
@@ -239,6 +307,7 @@ struct Renderer::Impl {
             }
             layers->depth.values[pixel] = l.depth / hits;
         });
+        measure.secondMoment = variance;
         return result;
     }
 
@@ -258,14 +327,14 @@ struct Renderer::Impl {
     }
 
     // Mean radiance of a coarse image of the view: the same whatever the batches, the budget or the driver.
-    double pilotRadiance(const View& view, const PassKey& key) {
+    double pilotRadiance(const View& view, const PassKey& key, std::uint32_t mode) {
         PassInput in;
         in.view = view;
         in.key = {key.seed, 0, 2};
         in.width = in.height = kPilotSize;
         in.spp = 1;
         double sum = 0;
-        run(kModeReverse, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
+        run(mode, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
             sum += (std::abs(double(p.sum.x)) + std::abs(double(p.sum.y)) + std::abs(double(p.sum.z))) / 3;
         });
         const double mean = sum / (double(kPilotSize) * kPilotSize);
@@ -282,11 +351,25 @@ Renderer::~Renderer() = default;
 
 void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
     for (const Mode m : modes)
-        impl_->modes |= 1u << std::uint32_t(m);
+        impl_->needs.modes |= 1u << std::uint32_t(m);
     impl_->pools.reset();
     for (const Mode m : modes)
-        impl_->wavefront(std::uint32_t(m), layers && m == Mode::Render);
+        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m == Mode::Render, {}));
 }
+
+void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers) {
+    impl_->wavefront(impl_->kernelsOf(std::uint32_t(mode), layers, sampling));
+}
+
+void Renderer::setSampling(const PassSampling& sampling) { impl_->sampling = sampling; }
+
+const PassMeasure& Renderer::lastPass() const { return impl_->measure; }
+
+UpdateReport Renderer::updateGuide() { return impl_->guide.value().update(); }
+
+const SdTree& Renderer::guide() const { return impl_->guide.value().tree; }
+
+void Renderer::setGuide(SdTree tree) { impl_->guide.value().replace(std::move(tree)); }
 
 void Renderer::setParameter(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setParameter(parameter, values); }
 
@@ -299,7 +382,7 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                         std::span<const std::vector<float>> directions) {
     Impl& r = *impl_;
-    r.wavefront(kModeForward, false);
+    r.wavefront(r.kernelsOf(kModeForward, false, r.sampling));
     std::vector<float> direction(r.buffers.gradientEntries(), 0.0f);
     for (std::size_t i = 0; i < parameters.size(); ++i) {
         const auto found = std::find(r.config.differentiable.begin(), r.config.differentiable.end(), parameters[i]);
@@ -323,7 +406,10 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     in.perPixel = perPixel;
     in.weights = weights;
     in.adjoint = &adjoint;
-    const double radiance = r.pilotRadiance(view, key);
+    in.sampling = r.sampling;
+    const double radiance = r.pilotRadiance(view, key, kModeReverse);
+    if (r.guide && r.sampling.record)
+        r.guide->openRecords([&] { return radiance; }, r.shortestNormal());
     double adjointSum = 0;
     for (const float a : adjoint.values)
         adjointSum += std::abs(double(a)) / 3;
@@ -334,18 +420,24 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     const std::vector<std::int64_t> zeros(std::min<std::uint64_t>(entries, 1u << 20), 0);
     // The expectation can be far too small: a black scene has derivatives and no radiance. Then units get coarser until sums fit.
     double coarseness = 1;
+    PassMeasure measure;
     for (int attempt = 0;; ++attempt, coarseness *= kCoarsening) {
-        in.surfaceScale = fixedPointScale(coarseness * adjointSum * radiance, surfaceUnit);
-        in.normalScale = fixedPointScale(coarseness * adjointSum * radiance * normalGrowth, normalUnit);
-        in.emissionScale = fixedPointScale(coarseness * adjointSum, emissionUnit);
+        in.surfaceScale = fixedPointScale(coarseness * adjointSum * radiance, kGradientBits, surfaceUnit);
+        in.normalScale = fixedPointScale(coarseness * adjointSum * radiance * normalGrowth, kGradientBits, normalUnit);
+        in.emissionScale = fixedPointScale(coarseness * adjointSum, kGradientBits, emissionUnit);
         for (std::uint64_t at = 0; at < entries; at += zeros.size())
             r.pools->gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
         const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
+        if (attempt == 0)
+            measure = r.measure;
+        in.sampling.record = false; // once is enough
         if (tooLarge == 0 || attempt == kCoarsenings) {
             r.statistics.dropped["saturated gradient"] += tooLarge;
             break;
         }
     }
+
+    r.measure = measure;
 
     gradients.resize(r.config.differentiable.size());
     for (std::size_t i = 0; i < gradients.size(); ++i) {

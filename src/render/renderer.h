@@ -49,7 +49,7 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot
+    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette; + 8: the half for negative terms
 };
 
 struct View {
@@ -76,6 +76,9 @@ class Renderer {
     enum class Mode { Render, Forward, Reverse };
     // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
     void prepare(std::initializer_list<Mode> modes, bool layers = false);
+
+    // The same for the kernels of passes drawn like this.
+    void prepare(Mode mode, const PassSampling& sampling, bool layers = false);
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);

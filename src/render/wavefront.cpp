@@ -21,26 +21,32 @@ struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
 };
 
-PathBytes pathBytes(const FeatureSet& f, std::uint32_t modes, bool layers) {
+PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     std::uint64_t words = 0;
     for (const std::uint32_t mode : {kModeForward, kModeReverse})
-        if (modes >> mode & 1u)
+        if (needs.has(mode))
             words = std::max<std::uint64_t>(words, gpu::tapePlanes(mode, f.differentiated, f.texcoord1));
     PathBytes b{};
     b.tapeWords = words;
     b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(gpu::ShadowRay) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
-    b.batch += modes >> kModeReverse & 1u ? sizeof(glm::vec3) : 0;
-    b.batch += layers ? 2 * sizeof(gpu::LayerSample) : 0;
-    b.bounce = sizeof(gpu::Vertex) + sizeof(std::uint32_t) + 4 * words + (modes >> kModeForward & 1u ? sizeof(glm::vec3) : 0);
+    b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
+    b.batch += needs.layers ? 2 * sizeof(gpu::LayerSample) : 0;
+    b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
+    b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
+    b.batch += needs.moments() ? sizeof(glm::vec2) : 0;
+    b.bounce = sizeof(gpu::Vertex) + sizeof(std::uint32_t) + 4 * words + (needs.has(kModeForward) ? sizeof(glm::vec3) : 0);
+    b.bounce += needs.guiding ? sizeof(gpu::GuideVisit) : 0;
+    b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
+    b.bounce += needs.moments() ? sizeof(gpu::VertexMoment) : 0;
+    b.bounce += needs.roulette ? sizeof(gpu::Arrival) : 0;
     return b;
 }
 
 } // namespace
 
-Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, std::uint32_t depth, std::uint64_t gradientEntries, bool withLayers,
-             std::uint64_t budget)
-    : maxDepth(depth), layers(withLayers) {
-    const PathBytes b = pathBytes(features, modes, layers);
+Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, std::uint64_t budget) : needs(n_) {
+    const std::uint32_t depth = needs.maxDepth;
+    const PathBytes b = pathBytes(features, needs);
     const std::uint64_t perPath = b.batch + depth * b.bounce;
     std::uint64_t fits = std::min<std::uint64_t>(budget / perPath, device.info().type == "cpu" ? kMaxCapacityCpu : kMaxCapacityGpu);
     // Every pool is bound whole, so none may exceed what a binding reaches.
@@ -65,24 +71,40 @@ Pools::Pools(Device& device, const FeatureSet& features, std::uint32_t modes, st
         r = transient("rays", n * sizeof(gpu::Ray));
     hits = transient("hits", n * sizeof(gpu::Hit));
     shadowRays = transient("shadow rays", n * sizeof(gpu::ShadowRay));
-    if (layers) {
+    guideInfo = transient("guide info", sizeof(gpu::GuideInfo));
+    if (needs.prefixes())
+        for (Buffer& p : prefixes)
+            p = transient("prefixes", n * sizeof(gpu::Prefix));
+    if (needs.roulette)
+        copies = transient("copies", n * sizeof(gpu::Copy));
+    if (needs.moments())
+        pathMoments = transient("path moments", n * sizeof(glm::vec2));
+    if (needs.layers) {
         layerSamples = transient("layer samples", n * sizeof(gpu::LayerSample));
         layerFilm = transient("layer tile", n * sizeof(gpu::LayerSample));
     }
-    if (modes >> kModeReverse & 1u) {
+    if (needs.has(kModeReverse)) {
         adjoint = transient("adjoint tile", n * sizeof(glm::vec3));
-        gradients = Buffer(device, "gradient sums", gradientEntries * 8, MemoryKind::Parameters);
+        gradients = Buffer(device, "gradient sums", needs.gradientEntries * 8, MemoryKind::Parameters);
     }
-    if (modes >> kModeForward & 1u)
-        direction = Buffer(device, "direction", gradientEntries * 4, MemoryKind::Parameters, Texel::R32f);
+    if (needs.has(kModeForward))
+        direction = Buffer(device, "direction", needs.gradientEntries * 4, MemoryKind::Parameters, Texel::R32f);
     for (std::uint32_t i = 0; i < depth; ++i) {
         Bounce bounce;
         bounce.vertices = transient("vertices", n * sizeof(gpu::Vertex));
         bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
         if (b.tapeWords)
             bounce.tape = transient("tape", n * 4 * b.tapeWords);
-        if (modes >> kModeForward & 1u)
+        if (needs.has(kModeForward))
             bounce.tangents = transient("tangents", n * sizeof(glm::vec3));
+        if (needs.guiding)
+            bounce.visits = transient("guide visits", n * sizeof(gpu::GuideVisit));
+        if (needs.derivativeRecords())
+            bounce.derivatives = transient("derivative parts", n * sizeof(gpu::DerivativeParts));
+        if (needs.moments())
+            bounce.moments = transient("moments", n * sizeof(gpu::VertexMoment));
+        if (needs.roulette)
+            bounce.arrivals = transient("arrivals", n * sizeof(gpu::Arrival));
         bounces.push_back(std::move(bounce));
     }
 }
@@ -98,17 +120,33 @@ Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSe
     shade_ = Kernel(device, "shade_vertex", constants);
     shadow_ = Kernel(device, "trace_shadow", trace);
     scan_ = Kernel(device, "scan_tape", constants);
+    if (pass.roulette) {
+        split_ = Kernel(device, "split_paths", constants);
+        prepareVertices_ = Kernel(device, "prepare_vertices");
+    }
+    if (pass.measure)
+        gatherMoments_ = Kernel(device, "gather_moments", constants);
     gather_ = Kernel(device, "gather_film", constants);
 }
 
-std::vector<const Kernel*> Wavefront::kernels() const { return {&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_}; }
+std::vector<const Kernel*> Wavefront::kernels() const {
+    std::vector<const Kernel*> all{&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_};
+    if (pass_.roulette)
+        all.insert(all.end(), {&split_, &prepareVertices_});
+    if (pass_.measure)
+        all.push_back(&gatherMoments_);
+    return all;
+}
 
 std::uint64_t Wavefront::gradientSlice() const { return device_.info().maxStorageBufferRange / 8 & ~std::uint64_t(255); }
 
-std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools& pools) const {
-    const std::uint32_t depth = pools.maxDepth;
+std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide) const {
+    const std::uint32_t depth = pools.needs.maxDepth;
     Bindings common;
     scene.bind(common);
+    if (guide)
+        guide->bind(common);
+    common.set(gpu::kBindGuideInfo, pools.guideInfo).set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
     common.set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
@@ -122,18 +160,23 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
         atBounce[b].set(gpu::kBindRays, pools.rays[b % 2]).set(gpu::kBindNextRays, pools.rays[(b + 1) % 2]);
         atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindNextVertices, next.vertices);
         atBounce[b].set(gpu::kBindVisibility, here.visibility);
-        atBounce[b].set(gpu::kBindTape, here.tape).set(gpu::kBindNextTape, next.tape);
+        atBounce[b].set(gpu::kBindPrefixes, pools.prefixes[b % 2]).set(gpu::kBindNextPrefixes, pools.prefixes[(b + 1) % 2]);
+        atBounce[b].set(gpu::kBindTape, here.tape).set(gpu::kBindGuideVisits, here.visits);
+        atBounce[b].set(gpu::kBindArrivals, here.arrivals).set(gpu::kBindNextArrivals, next.arrivals);
+        atBounce[b].set(gpu::kBindDerivatives, here.derivatives).set(gpu::kBindNextDerivatives, next.derivatives);
+        atBounce[b].set(gpu::kBindMoments, here.moments).set(gpu::kBindNextMoments, next.moments);
         atBounce[b].set(gpu::kBindTangents, here.tangents).set(gpu::kBindNextTangents, next.tangents);
     }
     return atBounce;
 }
 
-void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const {
-    const std::uint32_t n = pools.capacity, depth = pools.maxDepth;
+void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film) const {
+    const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
     const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
+    const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };
     const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
     const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
-    const std::vector<Bindings> atBounce = bindings(scene, pools);
+    const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
     commands.dispatch(generate_, atBounce[0], n, gpu::BouncePush{0, n});
     commands.barrier();
@@ -141,6 +184,12 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
         const gpu::BouncePush push{b, n};
         commands.dispatchIndirect(b == 0 ? traceCamera_ : trace_, atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
+        if (pass_.roulette) {
+            commands.dispatchIndirect(split_, atBounce[b], pools.counts, arrivalGroups(b), push);
+            commands.barrier();
+            commands.dispatch(prepareVertices_, atBounce[b], 1, push);
+            commands.barrier();
+        }
         commands.dispatchIndirect(shade_, atBounce[b], pools.counts, vertexGroups(b), push);
         commands.barrier();
         if (b + 1 == depth)
@@ -164,6 +213,8 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
         }
         commands.barrier();
     }
+    if (pass_.measure)
+        commands.dispatch(gatherMoments_, atBounce[0], n, gpu::BouncePush{0, n});
     if (film)
         commands.dispatch(gather_, atBounce[0], n, gpu::BouncePush{0, n});
 }

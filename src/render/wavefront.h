@@ -1,6 +1,7 @@
 // One batch on the device: the pools, the kernels of one mode, and the order they run in.
 #pragma once
 
+#include "guiding/guide_buffers.h"
 #include "render/scene_buffers.h"
 #include "shared/batch.h"
 #include "shared/film.h"
@@ -9,20 +10,33 @@
 
 namespace cmpg {
 
+// What passes will need of the pools.
+struct PoolNeeds {
+    std::uint32_t modes = 0; // a bit per gpu::kMode... that will run
+    std::uint32_t maxDepth = 8;
+    std::uint64_t gradientEntries = 0;
+    bool layers = false;
+    bool guiding = false;  // passes may be guided or leave records
+    bool roulette = false; // paths may split
+
+    bool has(std::uint32_t mode) const { return (modes >> mode & 1u) != 0; }
+    bool prefixes() const { return has(gpu::kModeReverse) || (guiding && has(gpu::kModeForward)); }
+    bool derivativeRecords() const { return guiding && (has(gpu::kModeReverse) || has(gpu::kModeForward)); }
+    bool moments() const { return guiding && has(gpu::kModeReverse); }
+    auto operator<=>(const PoolNeeds&) const = default;
+};
+
 // Device memory of one batch, sized by the budget before the first pass.
 struct Pools {
-    // `modes`: a bit per gpu::kMode... that will run.
-    Pools(Device& device, const FeatureSet& features, std::uint32_t modes, std::uint32_t maxDepth, std::uint64_t gradientEntries, bool layers,
-          std::uint64_t budget);
+    Pools(Device& device, const FeatureSet& features, const PoolNeeds& needs, std::uint64_t budget);
 
-    std::uint32_t capacity = 0; // paths
-    std::uint32_t maxDepth = 0;
-    bool layers = false;
+    std::uint32_t capacity = 0; // paths, or vertices of one bounce
+    PoolNeeds needs;
 
     Buffer batch, pixelOffsets, paths, adjoint, film, layerSamples, layerFilm, gradients, direction, statistics;
-    Buffer rays[2], hits, shadowRays, counts;
+    Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, guideInfo, pathMoments;
     struct Bounce {
-        Buffer vertices, visibility, tape, tangents;
+        Buffer vertices, visibility, tape, tangents, arrivals, visits, derivatives, moments;
     };
     std::vector<Bounce> bounces;
 };
@@ -32,19 +46,19 @@ class Wavefront {
   public:
     Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass);
 
-    // Records one batch: generate_rays -> (trace_closest -> shade_vertex -> trace_shadow) x depth -> scan_tape x depth, then gather_film
-    // where a film is wanted.
-    void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, bool film) const;
+    // Records one batch: generate_rays -> (trace_closest -> split_paths -> shade_vertex -> trace_shadow) x depth -> scan_tape x depth, then
+    // gather_film or gather_moments where they are wanted. `guide`: null where nothing is guided or recorded.
+    void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film) const;
     std::vector<const Kernel*> kernels() const;
     // What the kernels are bound to at each bounce.
-    std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools) const;
+    std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide) const;
 
   private:
     std::uint64_t gradientSlice() const; // gradient entries one binding reaches
 
     Device& device_;
     FeatureSet::Pass pass_;
-    Kernel generate_, prepare_, traceCamera_, trace_, shade_, shadow_, scan_, gather_;
+    Kernel generate_, prepare_, traceCamera_, trace_, split_, prepareVertices_, shade_, shadow_, scan_, gather_, gatherMoments_;
 };
 
 } // namespace cmpg

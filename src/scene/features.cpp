@@ -109,6 +109,10 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureLayers] = pass.layers;
     c[gpu::kFeatureMaxDepth] = pass.maxDepth;
     c[gpu::kFeatureThreads] = pass.threads;
+    c[gpu::kFeatureGuided] = pass.guided;
+    c[gpu::kFeatureRecord] = pass.record;
+    c[gpu::kFeatureRoulette] = pass.roulette;
+    c[gpu::kFeatureMeasure] = pass.measure;
     return c;
 }
 

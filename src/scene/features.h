@@ -19,7 +19,9 @@ struct FeatureSet {
     struct Pass {
         std::uint32_t mode = gpu::kModeRender;
         bool sobol = true, frozen = false, layers = false;
+        bool guided = false, record = false, roulette = false, measure = false;
         std::uint32_t maxDepth = 8, threads = 1;
+        auto operator<=>(const Pass&) const = default;
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, bool refill) const;

@@ -130,6 +130,9 @@ struct LoadOptions {
 // Reads .gltf or .glb exactly as docs/conventions.md says. Throws Error(Input).
 Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options = {});
 
+// Of the triangles' positions and order: equal for equal geometry, on every machine.
+std::uint64_t geometryHash(const Scene& scene);
+
 // Writes the source scene with the given parameters' current values put back into its materials and textures (8-bit) to
 // `folder`/scene.gltf, readable by any glTF viewer; and exact values as parameters/<name>.exr beside it.
 void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);

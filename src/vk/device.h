@@ -26,8 +26,9 @@ struct DeviceInfo {
     std::uint64_t maxTexelBufferElements = 0; // elements
 };
 
-// What a buffer's memory is accounted to. Transient memory is what --memory bounds; the others are added and printed.
-enum class MemoryKind { Scene, Parameters, Transient };
+// What a buffer's memory is accounted to. Transient memory is what --memory bounds, Guide what --guide-memory bounds; the others are
+// added and printed.
+enum class MemoryKind { Scene, Parameters, Transient, Guide };
 
 // Texel view of a buffer. Read-mostly hot data is read through it (twice as fast as storage on lavapipe).
 enum class Texel { None, Rgba32f, Rgba32ui, R32f, R32ui };
@@ -35,7 +36,7 @@ enum class Texel { None, Rgba32f, Rgba32ui, R32f, R32ui };
 struct MemoryUse {
     std::uint64_t current = 0, peak = 0;                    // bytes over all kinds
     std::map<std::string, std::uint64_t> buffers;           // live buffers by name
-    std::array<std::uint64_t, 3> byKind{}, peakByKind{};    // indexed by MemoryKind
+    std::array<std::uint64_t, 4> byKind{}, peakByKind{};    // indexed by MemoryKind
 };
 
 struct KernelTime {

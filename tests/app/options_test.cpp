@@ -30,7 +30,8 @@ TEST(Options, CommonOptionsStandBeforeOrAfterTheCommand) {
                                                             {"gradient", "s.gltf", "--param", "p", "-o", "a.exr"},
                                                             {"optimize", "s.gltf", "--param", "p", "--target", "t.exr", "-o", "d"},
                                                             {"inspect", "s.gltf"},
-                                                            {"view", "a.exr", "-o", "a.png"}};
+                                                            {"view", "a.exr", "-o", "a.png"},
+                                                            {"guide", "a.guide"}};
     for (const auto& command : commands)
         for (const bool before : {false, true}) {
             std::vector<std::string> arguments = {"--headless"};
@@ -132,7 +133,7 @@ TEST(Options, HelpNamesEveryCommandAndExitCode) {
         parse({"--help"});
     } catch (const HelpRequested& help) {
         for (const char* word :
-             {"render", "gradient", "optimize", "inspect", "view", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
+             {"render", "gradient", "optimize", "inspect", "view", "guide", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
             EXPECT_NE(help.text.find(word), std::string::npos) << word;
     }
 }
@@ -186,6 +187,7 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
          "--total-variation",
          "0.001"},
         {"view", "/a.exr", "-o", "a.png", "--signed", "--exposure", "0.1", "--scale", "1e-5"},
+        {"guide", "/a.guide", "--validate", "--csv", "--cell", "3", "--weights", "1,2"},
     };
     for (const auto& arguments : runs) {
         const nlohmann::ordered_json config = toConfig(parse(arguments));

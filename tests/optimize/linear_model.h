@@ -3,6 +3,7 @@
 
 #include "optimize/image_model.h"
 #include "optimize/target.h"
+#include "render/pixel_sampling.h"
 
 #include <array>
 #include <cmath>
@@ -56,14 +57,17 @@ class LinearModel final : public ImageModel {
         return image;
     }
 
-    void reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                 std::span<const float> weights, std::vector<std::vector<double>>& gradients) override {
+    std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                          std::vector<std::vector<double>>& gradients) override {
+        PixelSamples chosen;
+        if (pixels == PixelSampling::Adjoint)
+            chosen = sampleCounts(adjoint, spp, key);
         std::mt19937_64 random = generator(key);
         std::normal_distribution<double> normal;
         std::uint64_t samples = 0;
         for (std::size_t i = 0; i < values(); ++i) {
-            const std::uint32_t count = perPixel.empty() ? spp : perPixel[i / 3];
-            const double weight = perPixel.empty() ? 1.0 / spp : weights[i / 3];
+            const std::uint32_t count = chosen.counts.empty() ? spp : chosen.counts[i / 3];
+            const double weight = chosen.counts.empty() ? 1.0 / spp : chosen.weights[i / 3];
             samples += i % 3 == 0 ? count : 0;
             double mean = 0;
             for (std::uint32_t s = 0; s < count; ++s)
@@ -75,11 +79,13 @@ class LinearModel final : public ImageModel {
         calls.push_back({'g', view, key, samples});
         if (breakGradients)
             breakGradients(gradients);
+        return samples;
     }
 
     void setParameter(std::uint32_t parameter, std::span<const float> v) override { parameters_.at(parameter).assign(v.begin(), v.end()); }
 
     std::vector<Call> calls;
+    PixelSampling pixels = PixelSampling::Adjoint;
     std::function<void(std::vector<std::vector<double>>&)> breakGradients;
     std::function<void(Image&)> breakImage;
 

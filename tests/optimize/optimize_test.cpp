@@ -23,9 +23,10 @@ OptimizeConfig makeConfig(std::size_t views, int width = 8, int height = 8) {
 }
 
 // Runs to the end and returns the scene.
-Scene optimise(OptimizeConfig config, double noise, std::vector<StepReport>* reports = nullptr) {
+Scene optimise(OptimizeConfig config, double noise, std::vector<StepReport>* reports = nullptr, PixelSampling pixels = PixelSampling::Adjoint) {
     Scene scene = test::makeScene();
     LinearModel model(scene, config.targets.size(), config.targets[0].image.width, config.targets[0].image.height, noise);
+    model.pixels = pixels;
     Optimization run(model, scene, std::move(config), {0, 1});
     EXPECT_TRUE(run.run([&](const StepReport& report) {
         if (reports)
@@ -59,8 +60,7 @@ TEST(Optimize, ConvergesFromNoisyImagesWithBothPixelSamplings) {
     const double start = test::rmsError(test::makeScene());
     for (const PixelSampling sampling : {PixelSampling::Uniform, PixelSampling::Adjoint}) {
         OptimizeConfig config = makeConfig(1, 16, 16);
-        config.pixelSampling = sampling;
-        EXPECT_LT(test::rmsError(optimise(config, 0.5)), start / 10);
+        EXPECT_LT(test::rmsError(optimise(config, 0.5, nullptr, sampling)), start / 10);
     }
 }
 
@@ -68,7 +68,6 @@ TEST(Optimize, FirstGradientIsTheDerivativeOfTheMeanLossOverTheViews) {
     const std::size_t views = 3;
     OptimizeConfig config = makeConfig(views);
     config.totalVariation = 0.05;
-    config.pixelSampling = PixelSampling::Uniform;
     // Loss and regulariser of the scene with one entry moved by h, from a run's first step.
     const auto first = [&](std::size_t parameter, std::size_t entry, float h, std::vector<std::vector<double>>* gradients) {
         Scene scene = test::makeScene();
@@ -76,6 +75,7 @@ TEST(Optimize, FirstGradientIsTheDerivativeOfTheMeanLossOverTheViews) {
         scene.parameters[0].values.resize(48, 0.4f);
         scene.parameters[parameter].values[entry] += h;
         LinearModel model(scene, views, 8, 8, 0);
+        model.pixels = PixelSampling::Uniform;
         Optimization run(model, scene, config, {0, 1});
         const StepReport report = run.step();
         if (gradients)
@@ -119,9 +119,9 @@ TEST(Optimize, CountsItsSamples) {
     for (const PixelSampling sampling : {PixelSampling::Uniform, PixelSampling::Adjoint}) {
         OptimizeConfig config = makeConfig(2);
         config.steps = 3;
-        config.pixelSampling = sampling;
         Scene scene = test::makeScene();
         LinearModel model(scene, 2, 8, 8, 0);
+        model.pixels = sampling;
         Optimization run(model, scene, config, {0, 1});
         std::uint64_t reported = 0, taken = 0;
         run.run([&](const StepReport& report) { reported += report.samples; });

@@ -1,0 +1,36 @@
+// What each path of a reverse pass contributed, squared, and the derivative it met at its first vertex.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "scene/features.glsl"
+#include "shared/bindings.h"
+#include "shared/batch.h"
+#include "shared/wavefront.h"
+#include "lib/dispatch.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BouncePush push; };
+layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
+layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
+layout(binding = kBindArrivals, scalar) readonly buffer Arrivals { Arrival arrivals[]; };
+layout(binding = kBindMoments, scalar) readonly buffer Moments { VertexMoment moments[]; };
+layout(binding = kBindDerivatives, scalar) readonly buffer Derivatives { DerivativeParts derivatives[]; };
+layout(binding = kBindPathMoments, scalar) writeonly buffer PathMoments { vec2 pathMoments[]; };
+
+void main() {
+    const uint path = globalIndex();
+    if (push.count == 0 || path >= batch.paths) return;
+    Arrival arrival = Arrival(path, 1, 1.0);
+    if (kRoulette) arrival = arrivals[path];
+    vec3 own = vec3(0);
+    float squares = 0.0;
+    vec3 derivative = vec3(0);
+    for (uint i = 0; i < arrival.count; ++i) { // at most kMaxSplit
+        const VertexMoment m = moments[arrival.first + i];
+        own += m.own;
+        squares += m.below;
+        if (kRecord) derivative += arrival.weight * (derivatives[arrival.first + i].plus + derivatives[arrival.first + i].minus);
+    }
+    const vec3 adjoint = abs(adjoints[paths[path].x]);
+    pathMoments[path] = vec2(squares + dot(own, own), (adjoint.x + adjoint.y + adjoint.z) * (derivative.x + derivative.y + derivative.z) * (1.0 / 9.0));
+}

@@ -1,0 +1,133 @@
+// The guide: the cell a point lies in, and the mixture of its distributions by which directions are drawn (Fan et al. 2024).
+//
+// The includer defines how the published tree is read:
+//     uint guideSpatialNode(uint node)                    kSpatialLeaf | cell, or the first of two children
+//     vec3 guideMass(uint quadrant, OUT(uint) child)      means of P, D+, D- in quadrant node * 4 + k; child node or 0
+#ifndef CMPG_LIB_GUIDE
+#define CMPG_LIB_GUIDE
+#include "lib/math.glsl"
+#include "shared/guide.h"
+
+// Below this a cell's score counts as nothing known: means are published with a typical size of 1.
+const float kMinGuideScore = 1e-20;
+const float kBelowOne = 0.99999994;
+const float kPositivizedShare = 0.95; // of the wanted sign; the rest defends against a wrongly learned one
+
+// Equal-area map of the sphere to the unit square: azimuth / 2 pi, (1 + z) / 2.
+vec2 squareFromDirection(vec3 d) {
+    float x = atan(d.y, d.x) * (0.5 * kInvPi);
+    if (x < 0.0) x += 1.0;
+    return clamp(vec2(x, 0.5 + 0.5 * d.z), vec2(0.0), vec2(kBelowOne));
+}
+
+vec3 directionFromSquare(vec2 s) {
+    float phi = 2.0 * kPi * s.x;
+    float r = 2.0 * sqrt(max(s.y * (1.0 - s.y), 0.0)); // keeps its relative accuracy at the poles
+    return normalize(vec3(r * cos(phi), r * sin(phi), 2.0 * s.y - 1.0));
+}
+
+// `t`: position in the tree's box, [0,1)^3.
+uint guideCellAt(vec3 t) {
+    vec3 rest = clamp(t, vec3(0.0), vec3(kBelowOne));
+    uint node = guideSpatialNode(0u);
+    for (uint depth = 0u; depth < kMaxSpatialDepth; ++depth) {
+        if ((node & kSpatialLeaf) != 0u) break;
+        float x = 2.0 * rest.x;
+        uint side = x >= 1.0 ? 1u : 0u;
+        rest = vec3(rest.y, rest.z, x - float(side)); // the axis to be split comes first
+        node = guideSpatialNode(node + side);
+    }
+    return node & ~kSpatialLeaf;
+}
+
+// What each of P, D+, D- counts in the mixture. `total`: their means in the cell; lightWeight = mean_rgb of the bound on the
+// derivative of the throughput, derivativeWeight = mean_rgb of the throughput; sign: see GuideInfo.
+vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeight, int sign) {
+    float derivative = total.y + total.z;
+    // Weights of D+ and D- whose sum over the masses is that of (1, 1).
+    vec2 split = vec2(1.0, 1.0);
+    if (sign != 0 && total.y > 0.0 && total.z > 0.0) {
+        float plus = sign > 0 ? kPositivizedShare : 1.0 - kPositivizedShare;
+        split = vec2(derivative * plus / total.y, derivative * (1.0 - plus) / total.z);
+    }
+    if (kind == kGuidePrimal) return vec3(1.0, 0.0, 0.0);
+    if (kind == kGuideDifferential) return vec3(0.0, split.x, split.y);
+    if (kind == kGuideUniform) {
+        float p = total.x > 0.0 ? 1.0 / total.x : 0.0;
+        float d = derivative > 0.0 ? 1.0 / derivative : 0.0;
+        return vec3(p, d * split.x, d * split.y);
+    }
+    if (kind == kGuideConditional) {
+        float larger = max(lightWeight, derivativeWeight); // products with the masses cannot overflow
+        if (!(larger > 0.0)) return vec3(0.0);
+        return vec3(lightWeight / larger, split.x * (derivativeWeight / larger), split.y * (derivativeWeight / larger));
+    }
+    return vec3(0.0);
+}
+
+struct GuideWalk {
+    vec2 point;    // of the unit square
+    float density; // per steradian; 0 where the mixture has no mass
+    uint leaf;     // quadrant the walk ended in
+};
+
+// One walk from the root of a cell's quadtree to a leaf: draws a point of the mixture from the random numbers `at`, or follows the
+// point `at` to evaluate its density. rootScore = dot(weights, total of the cell) > 0 where something is drawn.
+GuideWalk guideWalk(uint root, vec3 weights, float rootScore, bool draw, vec2 at) {
+    GuideWalk walk;
+    vec2 corner = vec2(0.0);
+    float edge = 1.0;
+    float score = 0.0;
+    uint node = root;
+    for (uint depth = 0u; depth <= kMaxQuadDepth; ++depth) {
+        uint child0;
+        uint child1;
+        uint child2;
+        uint child3;
+        float s0 = dot(weights, guideMass(4u * node, child0));
+        float s1 = dot(weights, guideMass(4u * node + 1u, child1));
+        float s2 = dot(weights, guideMass(4u * node + 2u, child2));
+        float s3 = dot(weights, guideMass(4u * node + 3u, child3));
+        // The split of each axis: by mass when drawing, in the middle when following.
+        float left = s0 + s2;
+        float splitX = draw ? left / max(left + s1 + s3, 1e-37) : 0.5;
+        bool right = at.x >= splitX;
+        float lower = right ? s1 : s0;
+        float upper = right ? s3 : s2;
+        float splitY = draw ? lower / max(lower + upper, 1e-37) : 0.5;
+        bool top = at.y >= splitY;
+        at.x = min(right ? (at.x - splitX) / (1.0 - splitX) : at.x / splitX, kBelowOne);
+        at.y = min(top ? (at.y - splitY) / (1.0 - splitY) : at.y / splitY, kBelowOne);
+        edge *= 0.5;
+        corner += edge * vec2(right ? 1.0 : 0.0, top ? 1.0 : 0.0);
+        score = top ? upper : lower;
+        walk.leaf = 4u * node + (right ? 1u : 0u) + (top ? 2u : 0u);
+        node = top ? (right ? child3 : child2) : (right ? child1 : child0);
+        if (node == 0u) break;
+    }
+    walk.point = min(corner + edge * at, vec2(kBelowOne));
+    walk.density = score > 0.0 ? score / (edge * edge * rootScore) * (0.25 * kInvPi) : 0.0;
+    return walk;
+}
+
+// The density alone: reads one quadrant a level.
+float guideDensity(uint root, vec3 weights, float rootScore, vec2 point) {
+    float edge = 1.0;
+    float score = 0.0;
+    uint node = root;
+    vec2 at = point;
+    for (uint depth = 0u; depth <= kMaxQuadDepth; ++depth) {
+        at = 2.0 * at;
+        bool right = at.x >= 1.0;
+        bool top = at.y >= 1.0;
+        at -= vec2(right ? 1.0 : 0.0, top ? 1.0 : 0.0);
+        edge *= 0.5;
+        uint child;
+        score = dot(weights, guideMass(4u * node + (right ? 1u : 0u) + (top ? 2u : 0u), child));
+        node = child;
+        if (node == 0u) break;
+    }
+    return score > 0.0 ? score / (edge * edge * rootScore) * (0.25 * kInvPi) : 0.0;
+}
+
+#endif

@@ -1,0 +1,71 @@
+// The guide at a vertex: its cell and mixture, and the directions drawn from it and from the material in one (one-sample mix).
+#include "shared/guide.h"
+READ_UINT(guideSpatialNode, kBindGuideSpatial)
+READ_UVEC4(guideCellTexel, kBindGuideCells)
+READ_UVEC4(guideQuadrant, kBindGuideNodes)
+layout(binding = kBindGuideInfo, scalar) readonly buffer GuideInfoBlock { GuideInfo guide; };
+
+vec3 guideMass(uint quadrant, out uint child) {
+    const uvec4 q = guideQuadrant(quadrant);
+    child = q.w;
+    return uintBitsToFloat(q.xyz);
+}
+#include "lib/guide.glsl"
+
+float meanOf(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
+
+uint guideCellOf(vec3 position) { return guideCellAt((position - guide.lower) * guide.inverseExtent); }
+
+#ifdef CMPG_GUIDE_DIRECTIONS
+// Materials smoother than this are better off alone; the threshold is on alpha, the square of glTF's roughness.
+const float kGuidableAlpha = 0.2;
+
+struct GuidePoint {
+    uint cell, root;
+    vec3 weights; // of P, D+, D-
+    float score; // of the whole sphere
+    float share; // probability of drawing from the guide
+};
+
+GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
+    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, 0.0);
+    if (!kGuideLookup) return g;
+    g.cell = guideCellOf(position);
+    const uint at = g.cell * kGuideCellTexels;
+    g.root = guideCellTexel(at).x;
+    const vec3 total = uintBitsToFloat(guideCellTexel(at + 1).xyz);
+    g.weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), guide.sign);
+    g.score = dot(g.weights, total);
+    // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
+    const bool guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
+    if (kGuided && guidable && g.score > kMinGuideScore) g.share = guide.share;
+    return g;
+}
+
+// Density with which drawDirection() draws wi.
+float mixtureDensity(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec3 wi) {
+    const float material = bsdfPdf(surface, normal, wo, wi);
+    if (!kGuided) return material;
+    return mix(material, g.share > 0.0 ? guideDensity(g.root, g.weights, g.score, squareFromDirection(wi)) : 0.0, g.share);
+}
+
+// Draws wi with density `pdf`; u.w picks the technique. `leaf`: the quadrant wi lies in. False: nothing to go on with.
+bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf) {
+    bool drawn = sampleBsdf(surface, normal, wo, u.xyz, wi);
+    leaf = kNone;
+    pdf = 0.0;
+    if (!kGuideLookup) {
+        if (drawn) pdf = bsdfPdf(surface, normal, wo, wi);
+        return drawn && pdf > 0.0;
+    }
+    const bool guided = kGuided && u.w < g.share;
+    const GuideWalk walk = guideWalk(g.root, g.weights, g.score, guided, guided ? u.xy : squareFromDirection(wi));
+    leaf = walk.leaf;
+    if (guided) {
+        wi = directionFromSquare(walk.point);
+        drawn = walk.density > 0.0;
+    }
+    pdf = mix(bsdfPdf(surface, normal, wo, wi), walk.density, g.share);
+    return drawn && pdf > 0.0;
+}
+#endif

@@ -1,0 +1,56 @@
+// Roulette and splitting on arrival, before light and direction are drawn: a path goes on as often as its expected contribution to the
+// gradient, relative to that of a camera path, asks for (adjoint-driven; Vorba and Křivánek 2016, here by derivative-to-go).
+//     q = |adjoint| (A_i . S + b_i . T) / reference,    S, T: the cell's means of R and of the L1 norm of T
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "scene/features.glsl"
+#include "scene/buffers.glsl"
+#include "lib/physics.glsl"
+#include "lib/dispatch.glsl"
+#include "scene/guide_lookup.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BouncePush push; };
+layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
+layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
+layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
+layout(binding = kBindHits, scalar) readonly buffer Hits { Hit hits[]; };
+layout(binding = kBindPrefixes, scalar) readonly buffer Prefixes { Prefix prefixes[]; };
+layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
+layout(binding = kBindCopies, scalar) writeonly buffer Copies { Copy copies[]; };
+
+const float kLeastSurvival = 0.1;
+
+// Expected number of copies; 1 where the guide knows nothing, and where there is emission to be taken in.
+float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
+    if (hit.t < 0.0) return 1.0;
+    const uint flags = materialTexel(triangleIndices(hit.triangle).w * kMaterialTexels + 1).w;
+    if (kEmission && (flags & kMaterialEmissive) != 0) return 1.0;
+    const uvec4 cell = guideCellTexel(guideCellOf(ray.origin + hit.t * ray.direction) * kGuideCellTexels);
+    const float reflected = uintBitsToFloat(cell.y), derivative = uintBitsToFloat(cell.z);
+    if (!(reflected > 0.0) || !(guide.reference > 0.0)) return 1.0;
+    const float expected = meanOf(prefix.tangent) * reflected + meanOf(prefix.throughput) * derivative;
+    const float q = meanOf(abs(adjoint)) * (expected / guide.reference);
+    return clamp(q, kLeastSurvival, min(float(kMaxSplit), float(kMaxCopies) / float(prefix.copies)));
+}
+
+void main() {
+    const uint slot = globalIndex();
+    if (push.count == 0 || slot >= counts[push.bounce].rays) return;
+    const Ray ray = rays[slot];
+    const uvec2 path = paths[ray.path];
+    Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
+    if (push.bounce > 0) prefix = prefixes[slot];
+    const float q = survival(ray, hits[slot], prefix, adjoints[path.x]);
+    const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
+    const uint count = uint(q + sampleSet(key, kSetRoulette).x);
+    const uint first = count > 0 ? atomicAdd(counts[push.bounce].vertices, count) : 0;
+    const float weight = 1.0 / q;
+    if (first + count > push.count) { // the batch is void
+        counts[0].overflow = 1;
+        return;
+    }
+    arrivals[slot] = Arrival(first, count, weight);
+    for (uint i = 0; i < count; ++i) copies[first + i] = Copy(slot, i, weight, prefix.copies * count);
+}

@@ -1,0 +1,30 @@
+// The guide of a command: learned, loaded and saved as the options say.
+#pragma once
+
+#include "app/session.h"
+#include "render/guided_passes.h"
+
+namespace cmpg {
+
+class GuidedSession {
+  public:
+    // After Session::prepare(). Loads the guide that --load-guide names; Error(Input) if it is of another scene or other parameters.
+    GuidedSession(const Options& options, Report& report, Session& session);
+
+    GuidedPasses& passes() { return passes_; }
+    // Runs the learning passes of --train, if any.
+    void train(const std::function<void(std::uint32_t passes)>& run);
+    // Saves the guide, and tells what was chosen.
+    void finish();
+
+  private:
+    const Options& options_;
+    Report& report_;
+    Session& session_;
+    GuidedPasses passes_;
+};
+
+// Whether the command draws from a guide or learns one.
+bool usesGuide(const Options& options);
+
+} // namespace cmpg

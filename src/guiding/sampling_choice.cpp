@@ -1,0 +1,62 @@
+// Which way of sampling to use.
+#include "guiding/sampling_choice.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace cmpg {
+namespace {
+
+constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in rays of an unguided one, on a CPU
+constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
+constexpr std::uint32_t kRounds = 2;        // every way is tried so often before one is chosen
+constexpr std::uint32_t kReconsider = 16;   // passes between two later trials
+
+} // namespace
+
+void SamplingFigures::add(double moment, double raysPerPath) {
+    const double weight = passes == 0 ? 1 : kNewWeight;
+    secondMoment += weight * (moment - secondMoment);
+    rays += weight * (raysPerPath - rays);
+    ++passes;
+}
+
+std::size_t SamplingChoice::indexOf(const SamplingWay& way) const {
+    return std::size_t(std::find(ways_.begin(), ways_.end(), way) - ways_.begin());
+}
+
+double SamplingChoice::score(std::size_t way) const {
+    const SamplingFigures& f = figures_[way];
+    if (f.passes == 0)
+        return std::numeric_limits<double>::infinity();
+    return f.secondMoment * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
+}
+
+SamplingWay SamplingChoice::best() const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < ways_.size(); ++i)
+        if (score(i) < score(best))
+            best = i;
+    return ways_[best];
+}
+
+SamplingWay SamplingChoice::next(std::uint32_t pass) const {
+    const std::uint32_t count = std::uint32_t(ways_.size());
+    if (pass < kRounds * count)
+        return ways_[pass % count];
+    if (pass % kReconsider == 0)
+        return ways_[pass / kReconsider % count];
+    return best();
+}
+
+void SamplingChoice::observe(const SamplingWay& way, double secondMoment, double raysPerPath) {
+    if (const std::size_t i = indexOf(way); i < ways_.size())
+        figures_[i].add(secondMoment, raysPerPath);
+}
+
+void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {
+    if (const std::size_t i = indexOf(way); i < ways_.size())
+        figures_[i] = figures;
+}
+
+} // namespace cmpg

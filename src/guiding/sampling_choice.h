@@ -1,0 +1,50 @@
+// Which way of sampling to use: variance times cost of each, measured on passes that ran anyway.
+#pragma once
+
+#include "guiding/sampling.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cmpg {
+
+// One way of sampling a pass.
+struct SamplingWay {
+    Sampling kind = Sampling::Bsdf; // not Auto
+    bool roulette = false;
+    bool operator==(const SamplingWay&) const = default;
+};
+
+// Variance and cost of one way, averaged over its passes; later ones count more, as the guide gets better.
+struct SamplingFigures {
+    double secondMoment = 0;  // of the result, for one sample per pixel and an adjoint of norm 1
+    double rays = 0;          // per path
+    std::uint32_t passes = 0; // 0: not measured
+    void add(double moment, double raysPerPath);
+};
+
+// Chooses by secondMoment x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
+class SamplingChoice {
+  public:
+    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), figures_(ways_.size()) {}
+
+    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another, since
+    // the guide changes.
+    SamplingWay next(std::uint32_t pass) const;
+    SamplingWay best() const; // of those that were measured; the first where none was
+    void observe(const SamplingWay& way, double secondMoment, double raysPerPath);
+
+    const std::vector<SamplingWay>& ways() const { return ways_; }
+    const SamplingFigures& figures(std::size_t way) const { return figures_[way]; }
+    void setFigures(const SamplingWay& way, const SamplingFigures& figures);
+    // Variance times cost; infinite where nothing was measured.
+    double score(std::size_t way) const;
+
+  private:
+    std::size_t indexOf(const SamplingWay& way) const; // ways_.size(): none
+
+    std::vector<SamplingWay> ways_;
+    std::vector<SamplingFigures> figures_;
+};
+
+} // namespace cmpg

@@ -1,0 +1,103 @@
+// The guide of a renderer: the tree, its copy on the device, and the units of the records between two updates.
+#include "render/guide.h"
+
+#include "base/error.h"
+
+#include <limits>
+
+namespace cmpg {
+namespace {
+
+constexpr double kRecordBits = 24; // records have units of 2^-24 of a typical one, and 2^30 of room above it
+constexpr float kGuideShare = 0.5f; // of directions drawn from the guide; more compounds the weights of long paths
+
+SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
+    glm::vec3 lower(std::numeric_limits<float>::max()), upper(-lower);
+    for (const glm::vec3& p : scene.geometry.positions) {
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
+    }
+    if (scene.geometry.positions.empty())
+        lower = upper = glm::vec3(0);
+    SdTreeConfig tree = config.guide;
+    tree.maxNodes = std::min<std::uint64_t>(tree.maxNodes, GuideBuffers::nodesWithin(config.guideMemory));
+    return SdTree(lower, upper, tree);
+}
+
+std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
+    if (!pass.guided)
+        return gpu::kGuideNone;
+    if (pass.mode == gpu::kModeRender)
+        return gpu::kGuidePrimal; // an image has no derivatives
+    switch (kind) {
+    case Sampling::Primal:
+        return gpu::kGuidePrimal;
+    case Sampling::Differential:
+        return gpu::kGuideDifferential;
+    case Sampling::Uniform:
+        return gpu::kGuideUniform;
+    case Sampling::Conditional:
+        return gpu::kGuideConditional;
+    case Sampling::Bsdf:
+    case Sampling::Auto:
+        break;
+    }
+    return gpu::kGuideNone;
+}
+
+} // namespace
+
+Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
+    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
+          return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
+      })) {
+    buffers.publish(tree);
+}
+
+const gpu::GuideInfo& Guide::info(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp) {
+    info_.lower = tree.lower();
+    const glm::vec3 extent = tree.upper() - tree.lower();
+    for (int c = 0; c < 3; ++c)
+        info_.inverseExtent[c] = extent[c] > 0 ? 1 / extent[c] : 0;
+    info_.kind = kindOf(pass, sampling.kind);
+    info_.share = kGuideShare;
+    info_.reference = float(sampling.reference / spp); // adjoints on the device come divided by the samples
+    info_.sign = sampling.sign;
+    return info_;
+}
+
+double Guide::meanRadiance() const {
+    double sum = 0, records = 0;
+    for (const GuideCell& c : tree.cells()) {
+        sum += c.reflected;
+        records += c.records;
+    }
+    return records > 0 ? sum / records : 0;
+}
+
+void Guide::setUnits(double radiance, double shortestNormal) {
+    info_.primalScale = fixedPointScale(radiance, kRecordBits, primalUnit_);
+    info_.derivativeScale = fixedPointScale(std::max(radiance / shortestNormal, emission_ ? 1.0 : 0.0), kRecordBits, derivativeUnit_);
+    open_ = true;
+}
+
+UpdateReport Guide::update() {
+    if (!open_)
+        return {};
+    const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_);
+    const UpdateReport report = tree.update(records);
+    buffers.publish(tree);
+    open_ = false;
+    return report;
+}
+
+void Guide::replace(SdTree other) {
+    tree = std::move(other);
+    for (GuideCell& cell : tree.cells())
+        cell.changed = true;
+    buffers.clear();
+    buffers.publish(tree);
+    open_ = false;
+}
+
+} // namespace cmpg

@@ -1,0 +1,40 @@
+// The guide of a renderer: the tree, its copy on the device, and the units of the records between two updates.
+#pragma once
+
+#include "guiding/guide_buffers.h"
+#include "render/integer_scale.h"
+#include "render/renderer.h"
+#include "scene/features.h"
+
+namespace cmpg {
+
+struct Guide {
+    SdTree tree;
+    GuideBuffers buffers;
+
+    Guide(Device& device, const Scene& scene, const RenderConfig& config);
+
+    // What kernels need to know for a pass of `spp` samples per pixel on average.
+    const gpu::GuideInfo& info(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp);
+    // Fixes the units of records until the next update: from what the tree knows, else from `pilot`, the mean radiance of the scene.
+    // Derivatives by normals grow by 1 / shortestNormal.
+    template <class Pilot> void openRecords(Pilot&& pilot, double shortestNormal) {
+        if (open_)
+            return;
+        const double mean = tree.empty() ? pilot() : meanRadiance();
+        setUnits(mean > 0 ? mean : 1, shortestNormal);
+    }
+    UpdateReport update();
+    void replace(SdTree other);
+
+  private:
+    double meanRadiance() const;
+    void setUnits(double radiance, double shortestNormal);
+
+    bool emission_; // derivatives by emission have no unit of radiance
+    bool open_ = false;
+    double primalUnit_ = 1, derivativeUnit_ = 1;
+    gpu::GuideInfo info_{};
+};
+
+} // namespace cmpg

@@ -1,0 +1,264 @@
+// Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
+#include "render/guided_passes.h"
+
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+namespace cmpg {
+namespace {
+
+constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kNegativeHalf = 8;
+
+std::vector<SamplingWay> waysOf(Sampling asked, bool derivatives, bool roulette) {
+    std::vector<Sampling> kinds{asked};
+    if (asked == Sampling::Auto)
+        kinds = derivatives ? std::vector{Sampling::Bsdf, Sampling::Conditional, Sampling::Primal} : std::vector{Sampling::Bsdf, Sampling::Primal};
+    std::vector<SamplingWay> ways;
+    for (const bool r : {false, true})
+        for (const Sampling k : kinds)
+            if (!r || roulette)
+                ways.push_back({k, r});
+    return ways;
+}
+
+// Sum of squares, and mean over the pixels of mean_rgb |adjoint|.
+std::pair<double, double> norms(const Image& adjoint) {
+    double squares = 0, sum = 0;
+    for (const float a : adjoint.values)
+        if (std::isfinite(a)) {
+            squares += double(a) * double(a);
+            sum += std::abs(double(a));
+        }
+    return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
+}
+
+class Timer {
+  public:
+    explicit Timer(double& seconds) : seconds_(seconds) {}
+    ~Timer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Timer(const Timer&) = delete;
+    Timer& operator=(const Timer&) = delete;
+
+  private:
+    double& seconds_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+} // namespace
+
+struct GuidedPasses::Impl {
+    Renderer& renderer;
+    GuidedOptions options;
+    SamplingChoice images, derivatives; // ways of primal passes, and of derivative passes in either mode
+    bool trained = false;               // by passes of this run or of the one that saved the guide
+    double reference = 0;               // of the roulette, for a mean |adjoint| of 1
+    bool learning = false;
+    std::uint32_t step = 0;
+    double seconds = 0;
+
+    Impl(Renderer& r, const GuidedOptions& o)
+        : renderer(r), options(o), images(waysOf(o.sampling, false, false)), derivatives(waysOf(o.sampling, true, o.roulette)) {}
+
+    SamplingWay imageWay() const { return learning ? images.next(step) : images.best(); }
+    SamplingWay derivativeWay() const {
+        if (learning)
+            return derivatives.next(step);
+        return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
+    }
+
+    void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
+        renderer.setSampling({way.kind, record, way.roulette, sign, reference * meanAdjoint});
+    }
+
+    // Records and measures one derivative pass of either mode, then rebuilds.
+    template <class Pass> void learn(SamplingChoice& choice, std::uint32_t spp, std::uint32_t pass, double adjointSquares, Pass&& run) {
+        std::vector<SamplingWay> ways;
+        for (const SamplingWay& w : choice.ways())
+            if (!w.roulette)
+                ways.push_back(w);
+        const SamplingWay way = ways[pass % ways.size()];
+        use(way, true);
+        run();
+        const PassMeasure m = renderer.lastPass();
+        if (adjointSquares > 0 && m.paths > 0)
+            choice.observe(way, m.secondMoment * spp / adjointSquares, double(m.rays) / double(m.paths));
+        renderer.updateGuide();
+    }
+
+    std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, const SamplingWay& way, int sign,
+                          std::vector<std::vector<double>>& gradients) {
+        PixelSamples samples;
+        if (options.pixels == PixelSampling::Adjoint)
+            samples = sampleCounts(adjoint, spp, key);
+        use(way, learning, sign, norms(adjoint).second);
+        renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients);
+        return renderer.lastPass().paths;
+    }
+
+    // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included.
+    void gate(const View& view, std::uint32_t spp, std::uint64_t seed, const Image& adjoint) {
+        if (!options.roulette || !(reference > 0))
+            return;
+        const Sampling kind = [&] {
+            SamplingChoice plain(waysOf(options.sampling, true, false));
+            for (std::size_t i = 0; i < plain.ways().size(); ++i)
+                plain.setFigures(plain.ways()[i], derivatives.figures(i));
+            return plain.best().kind;
+        }();
+        std::vector<std::vector<double>> ignored;
+        PassMeasure measured[2];
+        for (const bool roulette : {false, true}) {
+            reverse(view, spp, {seed, 0, kGatePass}, adjoint, {kind, roulette}, 0, ignored);
+            measured[roulette] = renderer.lastPass();
+        }
+        if (!(measured[0].secondMoment > 0) || measured[0].rays == 0)
+            return;
+        // In the units of the learning passes, which ran without either.
+        std::size_t plain = 0;
+        while (!(derivatives.ways()[plain] == SamplingWay{kind, false}))
+            ++plain;
+        SamplingFigures f = derivatives.figures(plain);
+        f.secondMoment *= measured[1].secondMoment / measured[0].secondMoment;
+        f.rays *= double(measured[1].rays) / double(measured[0].rays);
+        derivatives.setFigures({kind, true}, f);
+    }
+};
+
+GuidedPasses::GuidedPasses(Renderer& renderer, const GuidedOptions& options) : impl_(std::make_unique<Impl>(renderer, options)) {}
+GuidedPasses::~GuidedPasses() = default;
+
+void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed) {
+    const Timer timer(impl_->seconds);
+    for (std::uint32_t i = 0; i < passes; ++i)
+        impl_->learn(impl_->images, spp, i, 1, [&] { impl_->renderer.render(view, spp, {seed, i, kLearningPass}); });
+    impl_->trained |= passes > 0;
+}
+
+void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
+                                std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions) {
+    const Timer timer(impl_->seconds);
+    for (std::uint32_t i = 0; i < passes; ++i)
+        impl_->learn(impl_->derivatives, spp, i, 1,
+                     [&] { impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions); });
+    impl_->trained |= passes > 0;
+}
+
+void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, const Image& adjoint) {
+    const Timer timer(impl_->seconds);
+    const auto [squares, mean] = norms(adjoint);
+    std::vector<std::vector<double>> ignored;
+    for (std::uint32_t i = 0; i < passes; ++i) {
+        impl_->learn(impl_->derivatives, spp, i, squares,
+                     [&] { impl_->renderer.reverse(view, spp, {seed, i, kLearningPass}, adjoint, {}, {}, ignored); });
+        if (mean > 0)
+            impl_->reference = impl_->renderer.lastPass().reference / mean;
+    }
+    if (passes > 0)
+        impl_->gate(view, spp, seed, adjoint);
+    impl_->trained |= passes > 0;
+}
+
+Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
+    const SamplingWay way = impl_->imageWay();
+    impl_->use(way, impl_->learning);
+    Image image = impl_->renderer.render(view, spp, key, layers);
+    const PassMeasure& m = impl_->renderer.lastPass();
+    if (impl_->learning && m.paths > 0)
+        impl_->images.observe(way, m.secondMoment * spp, double(m.rays) / double(m.paths));
+    return image;
+}
+
+Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                            std::span<const std::vector<float>> directions) {
+    const SamplingWay way{impl_->derivativeWay().kind, false};
+    if (!impl_->options.positivize) {
+        impl_->use(way, impl_->learning);
+        return impl_->renderer.forward(view, spp, key, parameters, directions);
+    }
+    const std::uint32_t half = std::max(1u, spp / 2);
+    impl_->use(way, impl_->learning, 1);
+    Image gradient = impl_->renderer.forward(view, half, key, parameters, directions);
+    impl_->use(way, impl_->learning, -1);
+    const Image negative = impl_->renderer.forward(view, half, {key.seed, key.step, key.pass + kNegativeHalf}, parameters, directions);
+    for (std::size_t i = 0; i < gradient.values.size(); ++i)
+        gradient.values[i] += negative.values[i];
+    return gradient;
+}
+
+std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                    std::vector<std::vector<double>>& gradients) {
+    Impl& p = *impl_;
+    const SamplingWay way = p.derivativeWay();
+    const auto [squares, mean] = norms(adjoint);
+    PassMeasure sum;
+    const auto pass = [&](std::uint32_t samples, const PassKey& k, int sign) {
+        p.reverse(view, samples, k, adjoint, way, sign, gradients);
+        const PassMeasure& m = p.renderer.lastPass();
+        sum.paths += m.paths;
+        sum.rays += m.rays;
+        sum.secondMoment += m.secondMoment;
+        sum.reference += m.reference;
+    };
+    if (p.options.positivize) {
+        const std::uint32_t half = std::max(1u, spp / 2);
+        pass(half, key, 1);
+        pass(half, {key.seed, key.step, key.pass + kNegativeHalf}, -1);
+        sum.reference /= 2; // each half met all derivatives
+    } else {
+        pass(spp, key, 0);
+    }
+    if (p.learning && sum.paths > 0 && squares > 0) {
+        p.derivatives.observe(way, sum.secondMoment * spp / squares, double(sum.rays) / double(sum.paths));
+        if (mean > 0)
+            p.reference = sum.reference / mean;
+    }
+    return sum.paths;
+}
+
+void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
+
+void GuidedPasses::endStep() {
+    const Timer timer(impl_->seconds);
+    if (!impl_->learning)
+        return;
+    impl_->renderer.updateGuide();
+    impl_->trained = true;
+    ++impl_->step;
+}
+
+SamplingDecision GuidedPasses::decision() const {
+    SamplingDecision d;
+    const SamplingWay way = impl_->trained ? impl_->derivatives.best() : impl_->derivatives.ways()[0];
+    d.kind = way.kind;
+    d.roulette = impl_->trained && way.roulette;
+    for (std::size_t i = 0; i < impl_->derivatives.ways().size(); ++i) {
+        const SamplingWay& w = impl_->derivatives.ways()[i];
+        if (impl_->derivatives.figures(i).passes > 0)
+            (w.roulette ? d.rouletteFigures : d.figures)[w.kind] = impl_->derivatives.figures(i);
+    }
+    return d;
+}
+
+double GuidedPasses::trainSeconds() const { return impl_->seconds; }
+
+GuideRecord GuidedPasses::guideRecord() const {
+    const SamplingDecision d = decision();
+    GuideRecord record;
+    record.figures = d.figures;
+    record.rouletteFigures = d.rouletteFigures;
+    record.reference = impl_->reference;
+    return record;
+}
+
+void GuidedPasses::load(LoadedGuide guide) {
+    for (const auto& [kind, f] : guide.record.figures)
+        impl_->derivatives.setFigures({kind, false}, f);
+    for (const auto& [kind, f] : guide.record.rouletteFigures)
+        impl_->derivatives.setFigures({kind, true}, f);
+    impl_->reference = guide.record.reference;
+    impl_->renderer.setGuide(std::move(guide.tree));
+    impl_->trained = true;
+}
+
+} // namespace cmpg
