@@ -8,7 +8,12 @@
 #extension GL_EXT_shader_atomic_int64 : require
 #endif
 #include "scene/features.glsl"
-#include "scene/buffers.glsl"
+#include "shared/wavefront.h"
+#include "shared/scene_info.h"
+#include "shared/batch.h"
+#include "scene/material_tables.glsl"
+layout(binding = kBindScene, scalar) readonly buffer SceneBlock { SceneInfo scene; };
+layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
 #include "lib/physics.glsl"
 #include "lib/fixed_point.glsl"
 #include "lib/dispatch.glsl"

@@ -191,9 +191,9 @@ void main() {
             // A black albedo ends no path whose derivative lives.
             wantRay = any(notEqual(v.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
         }
-        if (kGuideLookup) {
+        if (kPrefixTangent) {
             tangent = prefix.tangent * v.weight;
-            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, guide.sign);
+            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, kSigned ? guide.sign : 0);
         }
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }

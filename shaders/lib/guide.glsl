@@ -44,9 +44,9 @@ uint guideCellAt(vec3 t) {
 // derivative of the throughput, derivativeWeight = mean_rgb of the throughput; sign: see GuideInfo.
 vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeight, int sign) {
     float derivative = total.y + total.z;
-    // Weights of D+ and D- whose sum over the masses is that of (1, 1).
+    // Weights of D+ and D- whose sum over the masses is that of (1, 1). A part next to nothing counts as none: its weight would overflow.
     vec2 split = vec2(1.0, 1.0);
-    if (sign != 0 && total.y > 0.0 && total.z > 0.0) {
+    if (sign != 0 && min(total.y, total.z) > 1e-12 * derivative) {
         float plus = sign > 0 ? kPositivizedShare : 1.0 - kPositivizedShare;
         split = vec2(derivative * plus / total.y, derivative * (1.0 - plus) / total.z);
     }

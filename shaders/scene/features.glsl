@@ -27,6 +27,7 @@ layout(constant_id = kFeatureGuided) const bool kGuided = false;
 layout(constant_id = kFeatureRecord) const bool kRecord = false;
 layout(constant_id = kFeatureRoulette) const bool kRoulette = false;
 layout(constant_id = kFeatureMeasure) const bool kMeasure = false;
+layout(constant_id = kFeatureSigned) const bool kSigned = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
@@ -51,4 +52,5 @@ const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotsPerMaterial;
 const bool kDiffLight = (kDifferentiated & kSlotMaskLight) != 0; // a light sample's own radiance is differentiated
 const bool kGuideLookup = kGuided || kRecord; // vertices find their cell
 const bool kPrefix = kReverse || kGuideLookup; // what a path has collected so far travels with it, in derivative modes
+const bool kPrefixTangent = kGuideLookup || kRoulette; // so does a bound on its derivative
 const bool kDiffSurface = (kDifferentiated & ~kSlotMaskLight) != 0;

@@ -38,7 +38,7 @@ void addParts(INOUT(DerivativeParts) parts, vec3 value) {
 
 // Positivization keeps the terms of one sign.
 vec3 wantedSign(vec3 value) {
-    if (!kGuideLookup || guide.sign == 0) return value;
+    if (!kSigned) return value;
     return guide.sign > 0 ? max(value, vec3(0)) : min(value, vec3(0));
 }
 
@@ -127,7 +127,7 @@ vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach, IN
         a = slotAddress(material, kSlotEmission, uv0, uv1);
     }
     if (a.gradient == kNone) return vec3(0);
-    const vec3 kept = wantedSign(finiteDerivative(factor));
-    addParts(parts, kept);
-    return colorTerm(a, kept, reach, batch.emissionScale, own);
+    const vec3 term = finiteDerivative(factor);
+    addParts(parts, term);
+    return colorTerm(a, wantedSign(term), reach, batch.emissionScale, own);
 }

@@ -29,7 +29,8 @@ CMPG_CONST kFeatureGuided = 21; // directions are drawn from the guide too
 CMPG_CONST kFeatureRecord = 22; // vertices leave records for the guide
 CMPG_CONST kFeatureRoulette = 23; // paths end and split by what the guide expects of them
 CMPG_CONST kFeatureMeasure = 24; // the second moment of the paths' contributions is measured, reverse mode
-CMPG_CONST kFeatureCount = 25;
+CMPG_CONST kFeatureSigned = 25; // positivization: derivative terms of one sign only
+CMPG_CONST kFeatureCount = 26;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // as kFeatureThreads

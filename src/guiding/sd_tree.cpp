@@ -56,6 +56,8 @@ std::uint64_t SdTree::nodes() const {
     return count;
 }
 
+void SdTree::limitNodes(std::uint64_t most) { config_.maxNodes = std::max(nodes(), std::min(config_.maxNodes, most)); }
+
 // The kernels' arithmetic to the bit: after the scaling all steps are exact.
 std::uint32_t SdTree::cellAt(glm::vec3 position) const {
     glm::vec3 unit;

@@ -93,8 +93,8 @@ class SdTree {
     const std::vector<SpatialNode>& spatial() const { return spatial_; } // [0] is the root
     const std::vector<GuideCell>& cells() const { return cells_; }
     std::vector<GuideCell>& cells() { return cells_; } // to mark what was published
-    void setMaxNodes(std::uint64_t n) { config_.maxNodes = n; }
     std::uint64_t nodes() const;                       // over all cells
+    void limitNodes(std::uint64_t most);               // from now on; never below what there is
     std::uint32_t cellAt(glm::vec3 position) const;    // positions outside the box count as on its faces
 
     // Everything that must hold: indices in range and used once, sums consistent, finite and >= 0. Empty, or what is wrong.

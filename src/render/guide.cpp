@@ -51,7 +51,7 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 } // namespace
 
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
-    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
+    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
       })) {
     buffers.publish(tree);
@@ -95,10 +95,10 @@ UpdateReport Guide::update() {
 }
 
 void Guide::replace(SdTree other) {
-    if (other.nodes() > tree.config().maxNodes)
-        throw Error(ExitCode::Usage, "the guide has " + std::to_string(other.nodes()) + " nodes, more than its memory holds",
-                    "it was learned with more memory", "raise --guide-memory");
-    other.setMaxNodes(tree.config().maxNodes);
+    if (other.nodes() > mostNodes_)
+        throw Error(ExitCode::Input, "the guide does not fit: it has " + std::to_string(other.nodes()) + " nodes",
+                    "there is room for " + std::to_string(mostNodes_), "raise --guide-memory");
+    other.limitNodes(mostNodes_);
     tree = std::move(other);
     for (GuideCell& cell : tree.cells())
         cell.changed = true;

@@ -31,6 +31,7 @@ struct Guide {
     double meanRadiance() const;
     void setUnits(double radiance, double shortestNormal);
 
+    std::uint64_t mostNodes_; // that surely fit
     bool emission_; // derivatives by emission have no unit of radiance
     bool open_ = false;
     double primalUnit_ = 1, derivativeUnit_ = 1;

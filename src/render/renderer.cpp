@@ -109,6 +109,7 @@ struct Renderer::Impl {
         pass.guided = s.kind != Sampling::Bsdf && !guide->tree.empty();
         pass.roulette = s.roulette && mode == kModeReverse && s.reference > 0 && !guide->tree.empty();
         pass.measure = mode == kModeReverse;
+        pass.oneSign = s.sign != 0 && mode != kModeRender;
         return pass;
     }
 

@@ -113,6 +113,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureRecord] = pass.record;
     c[gpu::kFeatureRoulette] = pass.roulette;
     c[gpu::kFeatureMeasure] = pass.measure;
+    c[gpu::kFeatureSigned] = pass.oneSign;
     return c;
 }
 

@@ -19,7 +19,7 @@ struct FeatureSet {
     struct Pass {
         std::uint32_t mode = gpu::kModeRender;
         bool sobol = true, frozen = false, layers = false;
-        bool guided = false, record = false, roulette = false, measure = false;
+        bool guided = false, record = false, roulette = false, measure = false, oneSign = false;
         std::uint32_t maxDepth = 8, threads = 1;
         auto operator<=>(const Pass&) const = default;
     };

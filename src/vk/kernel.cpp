@@ -4,6 +4,8 @@
 #include "vk/impl.h"
 #include "vk/spirv.h"
 
+#include <algorithm>
+
 namespace cmpg {
 
 namespace {
@@ -20,6 +22,11 @@ void requireCapabilities(const Device::Impl& device, const std::string& name, co
     const auto [x, y, z] = interface.localSize;
     require(std::uint64_t(x) * y * z > device.limits.maxComputeWorkGroupInvocations, false, "larger workgroups");
     require(interface.pushBytes > device.limits.maxPushConstantsSize, false, "more push constants");
+    // lavapipe does not check: with more than it allows, buffers take each other's place.
+    const auto storage = std::size_t(std::count_if(interface.bindings.begin(), interface.bindings.end(),
+                                                   [](const auto& b) { return b.resource == KernelInterface::Resource::Storage; }));
+    require(storage > device.limits.maxPerStageDescriptorStorageBuffers, false, "more storage buffers");
+    require(interface.bindings.size() - storage > device.limits.maxPerStageDescriptorSampledImages, false, "more texel buffers");
 }
 
 vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {

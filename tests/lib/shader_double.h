@@ -1,8 +1,11 @@
 // The shader library compiled as C++ in double precision: the yardstick for the float build.
 #pragma once
 
+#include "shared/guide.h"
+
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <vector>
 
 namespace cmpg::shader_double {
 using namespace glm;
@@ -10,6 +13,8 @@ using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
 using uint = std::uint32_t;
+using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
 #define float double
 #include "shader_library.inc"
 #undef float

@@ -2,14 +2,19 @@
 // -fsingle-precision-constant (see tests/CMakeLists.txt): otherwise the literals would be double.
 #pragma once
 
+#include "shared/guide.h"
+
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <type_traits>
+#include <vector>
 
 static_assert(std::is_same_v<decltype(1.0), float>, "compile this file with -fsingle-precision-constant");
 
 namespace cmpg::shader_float {
 using namespace glm;
 using uint = std::uint32_t;
+using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
 #include "shader_library.inc"
 } // namespace cmpg::shader_float

@@ -24,11 +24,11 @@ struct Bench {
     RenderConfig config;
     std::unique_ptr<Renderer> renderer;
 
-    Bench(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}) : scene(std::move(s)), config(c) {
+    Bench(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}, Device& on = device()) : scene(std::move(s)), config(c) {
         for (const std::string& glob : globs)
             for (const std::uint32_t p : scene.select(glob))
                 config.differentiable.push_back(p);
-        renderer = std::make_unique<Renderer>(device(), scene, config);
+        renderer = std::make_unique<Renderer>(on, scene, config);
     }
     std::vector<std::vector<float>> ones() const {
         std::vector<std::vector<float>> v;

@@ -1,0 +1,103 @@
+// The automatic choice of a way to sample.
+#include "guiding/sampling_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace cmpg {
+namespace {
+
+const SamplingWay kPlain{Sampling::Bsdf, false}, kLight{Sampling::Primal, false}, kMixture{Sampling::Conditional, false},
+    kSplit{Sampling::Conditional, true};
+
+SamplingChoice allWays() { return SamplingChoice({kPlain, kLight, kMixture, kSplit}); }
+
+TEST(SamplingChoice, TriesAllWaysInTurnFirst) {
+    const SamplingChoice choice = allWays();
+    for (std::uint32_t pass = 0; pass < 8; ++pass)
+        EXPECT_EQ(choice.next(pass), choice.ways()[pass % 4]) << pass;
+    EXPECT_EQ(choice.best(), kPlain); // nothing measured
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(choice.figures(i).passes, 0u);
+}
+
+TEST(SamplingChoice, TakesTheLeastVarianceTimesCost) {
+    SamplingChoice choice = allWays();
+    choice.observe(kMixture, 1, 10);
+    EXPECT_EQ(choice.best(), kMixture); // the only one that is known
+    choice.observe(kPlain, 3, 10);
+    choice.observe(kLight, 2, 10);
+    EXPECT_EQ(choice.best(), kMixture);
+    choice.observe(kSplit, 0.4, 30); // less variance, dearer
+    EXPECT_EQ(choice.best(), kMixture);
+    choice.observe(kSplit, 0.04, 30);
+    choice.observe(kSplit, 0.04, 30);
+    EXPECT_EQ(choice.best(), kSplit);
+    // Equal figures: the unguided pass is faster.
+    SamplingChoice even({kMixture, kPlain});
+    even.observe(kMixture, 1, 1);
+    even.observe(kPlain, 1, 1);
+    EXPECT_EQ(even.best(), kPlain);
+    EXPECT_GT(even.score(0), even.score(1));
+    // Nothing contributes: no reason to guide.
+    SamplingChoice nothing({kPlain, kMixture});
+    nothing.observe(kPlain, 0, 5);
+    nothing.observe(kMixture, 0, 5);
+    EXPECT_EQ(nothing.best(), kPlain);
+    choice.observe({Sampling::Uniform, false}, 0, 0); // not among the ways
+    EXPECT_EQ(choice.best(), kSplit);
+}
+
+TEST(SamplingChoice, GoesOnTryingTheOthers) {
+    SamplingChoice choice = allWays();
+    for (std::size_t i = 0; i < 4; ++i)
+        choice.observe(choice.ways()[i], i == 2 ? 1 : 9, 1);
+    std::vector<int> tried(4, 0);
+    for (std::uint32_t pass = 8; pass < 1032; ++pass)
+        for (std::size_t i = 0; i < 4; ++i)
+            tried[i] += choice.next(pass) == choice.ways()[i];
+    EXPECT_GT(tried[2], 950); // most passes by the best
+    for (const int t : tried)
+        EXPECT_GE(t, 10);
+}
+
+// Later passes count more, as the guide gets better; the figures follow a change.
+TEST(SamplingChoice, FollowsChanges) {
+    SamplingChoice choice({kPlain, kMixture});
+    for (int i = 0; i < 10; ++i) {
+        choice.observe(kPlain, 2, 7);
+        choice.observe(kMixture, 8, 7);
+    }
+    EXPECT_EQ(choice.best(), kPlain);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 2);
+    EXPECT_DOUBLE_EQ(choice.figures(0).rays, 7);
+    for (int i = 0; i < 10; ++i)
+        choice.observe(kMixture, 1, 7);
+    EXPECT_EQ(choice.best(), kMixture);
+    EXPECT_EQ(choice.figures(1).passes, 20u);
+    EXPECT_NEAR(choice.figures(1).variance, 1, 0.1);
+}
+
+// Equal observations, equal choices; figures that were saved decide as the run that saved them.
+TEST(SamplingChoice, RepeatsItself) {
+    const auto run = [](SamplingChoice& choice) {
+        std::vector<SamplingWay> chosen;
+        for (std::uint32_t pass = 0; pass < 100; ++pass) {
+            const SamplingWay way = choice.next(pass);
+            chosen.push_back(way);
+            choice.observe(way, 1.0 / (1 + pass % 7) + double(int(way.kind)) / 10, way.roulette ? 12 : 5);
+        }
+        return chosen;
+    };
+    SamplingChoice a = allWays(), b = allWays(), loaded = allWays();
+    EXPECT_EQ(run(a), run(b));
+    for (std::size_t i = 0; i < 4; ++i)
+        loaded.setFigures(a.ways()[i], a.figures(i));
+    EXPECT_EQ(loaded.best(), a.best());
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(loaded.score(i), a.score(i));
+}
+
+} // namespace
+} // namespace cmpg
