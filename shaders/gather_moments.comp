@@ -1,4 +1,4 @@
-// What each path of a reverse pass contributed, squared, and the derivative it met at its first vertex.
+// What each path of a reverse pass contributed, for its variance, and the derivative it met at its first vertex.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -15,7 +15,7 @@ layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[
 layout(binding = kBindArrivals, scalar) readonly buffer Arrivals { Arrival arrivals[]; };
 layout(binding = kBindMoments, scalar) readonly buffer Moments { VertexMoment moments[]; };
 layout(binding = kBindDerivatives, scalar) readonly buffer Derivatives { DerivativeParts derivatives[]; };
-layout(binding = kBindPathMoments, scalar) writeonly buffer PathMoments { vec2 pathMoments[]; };
+layout(binding = kBindPathMoments, scalar) writeonly buffer PathMoments { PathMoment pathMoments[]; };
 
 void main() {
     const uint path = globalIndex();
@@ -23,14 +23,17 @@ void main() {
     Arrival arrival = Arrival(path, 1, 1.0);
     if (kRoulette) arrival = arrivals[path];
     vec3 own = vec3(0);
-    float squares = 0.0;
+    float below = 0.0;
+    uint entry = kNone;
     vec3 derivative = vec3(0);
     for (uint i = 0; i < arrival.count; ++i) { // at most kMaxSplit
         const VertexMoment m = moments[arrival.first + i];
         own += m.own;
-        squares += m.below;
+        below += m.below;
+        entry = m.entry; // copies stand at one point
         if (kRecord) derivative += arrival.weight * (derivatives[arrival.first + i].plus + derivatives[arrival.first + i].minus);
     }
     const vec3 adjoint = abs(adjoints[paths[path].x]);
-    pathMoments[path] = vec2(squares + dot(own, own), (adjoint.x + adjoint.y + adjoint.z) * (derivative.x + derivative.y + derivative.z) * (1.0 / 9.0));
+    const float reference = (adjoint.x + adjoint.y + adjoint.z) * (derivative.x + derivative.y + derivative.z) * (1.0 / 9.0);
+    pathMoments[path] = PathMoment(own, below, entry, reference);
 }

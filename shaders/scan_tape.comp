@@ -129,7 +129,7 @@ void main() {
     }
     if (kForward) tangents[slot] = tangent;
     if (push.firstEntry != 0) return;
-    if (kMeasure) moments[slot] = VertexMoment(terms.own, found.squares);
+    if (kMeasure) moments[slot] = VertexMoment(terms.own.sum, found.squares, terms.own.entry);
     if (kRecord) {
         leaveRecord(slot, scattered, reflected, terms);
         derivatives[slot] = DerivativeParts(terms.drawn.plus + terms.lit.plus + terms.emitted.plus, terms.drawn.minus + terms.lit.minus + terms.emitted.minus);

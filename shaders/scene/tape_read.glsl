@@ -5,16 +5,30 @@ float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tape[plane * push.
 vec2 tapeGet2(uint slot, uint plane) { return vec2(tapeGet(slot, plane), tapeGet(slot, plane + 1)); }
 vec3 tapeGet3(uint slot, uint plane) { return vec3(tapeGet(slot, plane), tapeGet(slot, plane + 1), tapeGet(slot, plane + 2)); }
 
+// What a vertex adds to the gradient: the sum over its slots of adjoint times throughput times term, and the entry it mostly went to.
+struct Contribution {
+    vec3 sum;
+    uint entry;
+};
+
+void addContribution(INOUT(Contribution) own, SlotAddress a, uint stride, vec3 g) {
+    if (!kMeasure) return;
+    own.sum += g;
+    const vec4 w = a.texels.weight;
+    const bool right = w.y + w.w > w.x + w.z, low = w.z + w.w > w.x + w.y;
+    own.entry = a.gradient + stride * (low ? (right ? a.texels.index.w : a.texels.index.z) : (right ? a.texels.index.y : a.texels.index.x));
+}
+
 // The derivative terms of a vertex by where their light came from, and what they add to the gradient.
 struct Terms {
     DerivativeParts drawn; // with the drawn direction: |dw X| here, w (|dE| + T) from further along
     DerivativeParts lit; // with the light sample: |dN|
     DerivativeParts emitted; // |dE|: emission found here
-    vec3 own; // sum of adjoint times throughput times term
+    Contribution own;
 };
 
 DerivativeParts noParts() { return DerivativeParts(vec3(0), vec3(0)); }
-Terms noTerms() { return Terms(noParts(), noParts(), noParts(), vec3(0)); }
+Terms noTerms() { return Terms(noParts(), noParts(), noParts(), Contribution(vec3(0), kNone)); }
 
 void addParts(INOUT(DerivativeParts) parts, vec3 value) {
     if (!kRecord) return;
@@ -35,10 +49,10 @@ vec3 finiteDerivative(vec3 g) {
 }
 
 // `value`: derivative of each channel with respect to the same channel of a colour read through `a`.
-vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale, INOUT(vec3) own) {
+vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale, INOUT(Contribution) own) {
     if (kReverse) {
         const vec3 g = reach * value;
-        if (kMeasure) own += g;
+        addContribution(own, a, 3, g);
         for (uint k = 0; k < 4; ++k)
             if (a.texels.weight[k] != 0.0)
                 for (uint c = 0; c < 3; ++c) addGradient(a.gradient + 3 * a.texels.index[k] + c, a.texels.weight[k] * g[c], scale);
@@ -52,10 +66,10 @@ vec3 colorTerm(SlotAddress a, vec3 value, vec3 reach, vec2 scale, INOUT(vec3) ow
 }
 
 // `value`: derivative of the three channels with respect to one number read through `a`.
-vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach, vec2 scale, INOUT(vec3) own) {
+vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 reach, vec2 scale, INOUT(Contribution) own) {
     float along = 0.0;
     const float g = dot(reach, value);
-    if (kMeasure) own.x += g;
+    addContribution(own, a, stride, vec3(g, 0, 0));
     for (uint k = 0; k < 4; ++k) {
         if (a.texels.weight[k] == 0.0) continue;
         const uint entry = a.gradient + stride * a.texels.index[k] + component;
@@ -100,7 +114,7 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
 }
 
 // Emission that reaches the vertex with `factor`: of a material, or of the environment at map coordinates uv0.
-vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach, INOUT(DerivativeParts) parts, INOUT(vec3) own) {
+vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach, INOUT(DerivativeParts) parts, INOUT(Contribution) own) {
     SlotAddress a;
     if (material == kNone) {
         if (!kDiffEnvironment) return vec3(0);

@@ -26,7 +26,7 @@ CMPG_CONST kBindGuideNodes = 15; // uvec4 texels, four a quadtree node
 CMPG_CONST kBindGuideLeafSums = 26; // GuideLeafSums a quadrant
 CMPG_CONST kBindGuideCellSums = 27; // GuideCellSums a cell
 CMPG_CONST kBindGuideVisits = 28; // GuideVisit a vertex
-CMPG_CONST kBindPathMoments = 29; // vec2 a path: squared contribution, derivative met at the first vertex
+CMPG_CONST kBindPathMoments = 29; // PathMoment a path
 
 // One batch.
 CMPG_CONST kBindBatch = 16; // Batch

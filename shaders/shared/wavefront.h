@@ -84,10 +84,19 @@ struct DerivativeParts {
     vec3 plus, minus;
 };
 
-// Second moment of a path's contributions: those of this vertex, and the sum of squares of all further along.
+// Second moment of a path's contributions: those of this vertex, where they went, and the sum of squares of all further along.
 struct VertexMoment {
     vec3 own;
     float below;
+    uint entry; // gradient entry most of it went to
+};
+
+// The same of a path: its first vertex's contributions, over all copies, and the sum of squares of all others.
+struct PathMoment {
+    vec3 own;
+    float below;
+    uint entry;
+    float reference; // |adjoint| times the L1 norm of the derivative met at the first vertex
 };
 
 // Queue-wide arguments of the kernels that run once per bounce.

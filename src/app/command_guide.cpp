@@ -63,12 +63,12 @@ void printRecord(std::ostream& out, const GuideRecord& record) {
         out << "parameter:   " << name << '\n';
     if (record.figures.empty() && record.rouletteFigures.empty())
         return;
-    out << "measured:    second moment, rays per path, passes\n";
+    out << "measured:    variance, rays per path, passes\n";
     for (const bool roulette : {false, true})
         for (const auto& [kind, f] : roulette ? record.rouletteFigures : record.figures)
             for (const auto& name : kSamplings)
                 if (name.value == kind)
-                    printLine(out, "  %-13s%-10s%12.5g %8.3f %6u", name.name, roulette ? "roulette" : "", f.secondMoment, f.rays, f.passes);
+                    printLine(out, "  %-13s%-10s%12.5g %8.3f %6u", name.name, roulette ? "roulette" : "", f.variance, f.rays, f.passes);
 }
 
 nlohmann::ordered_json figuresJson(const std::map<Sampling, SamplingFigures>& figures) {
@@ -76,7 +76,7 @@ nlohmann::ordered_json figuresJson(const std::map<Sampling, SamplingFigures>& fi
     for (const auto& [kind, f] : figures)
         for (const auto& name : kSamplings)
             if (name.value == kind)
-                json[name.name] = {{"second_moment", f.secondMoment}, {"rays", f.rays}, {"passes", f.passes}};
+                json[name.name] = {{"variance", f.variance}, {"rays", f.rays}, {"passes", f.passes}};
     return json;
 }
 

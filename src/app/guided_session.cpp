@@ -33,7 +33,7 @@ std::vector<std::string> parameterNames(const Session& session) {
 nlohmann::ordered_json figuresOf(const std::map<Sampling, SamplingFigures>& figures) {
     auto json = nlohmann::ordered_json::object();
     for (const auto& [kind, f] : figures)
-        json[samplingName(kind)] = {{"second_moment", f.secondMoment}, {"rays_per_path", f.rays}, {"passes", f.passes}};
+        json[samplingName(kind)] = {{"variance", f.variance}, {"rays_per_path", f.rays}, {"passes", f.passes}};
     return json;
 }
 
@@ -68,7 +68,7 @@ void GuidedSession::train(const std::function<void(std::uint32_t)>& run) {
 
 void GuidedSession::finish() {
     report_.seconds.guide += passes_.trainSeconds();
-    const SamplingDecision decision = passes_.decision();
+    const SamplingDecision decision = options_.command == Command::Render ? passes_.imageDecision() : passes_.decision();
     report_.extra["sampling"] = {{"kind", samplingName(decision.kind)},
                                  {"roulette", decision.roulette},
                                  {"figures", figuresOf(decision.figures)},
@@ -79,7 +79,7 @@ void GuidedSession::finish() {
         textOut(options_) << "  drawn by          " << samplingName(decision.kind) << (decision.roulette ? ", roulette and splitting" : "") << '\n';
         for (const auto& [figures, with] : {std::pair(&decision.figures, ""), std::pair(&decision.rouletteFigures, " + roulette")})
             for (const auto& [kind, f] : *figures)
-                textOut(options_) << "    " << samplingName(kind) << with << ": second moment " << f.secondMoment << ", " << f.rays << " rays a path\n";
+                textOut(options_) << "    " << samplingName(kind) << with << ": variance " << f.variance << ", " << f.rays << " rays a path\n";
     }
     if (options_.saveGuide.empty())
         return;

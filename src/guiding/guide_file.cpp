@@ -98,7 +98,7 @@ void put(Writer& out, const std::map<Sampling, SamplingFigures>& figures) {
     out.count(figures.size());
     for (const auto& [kind, f] : figures) {
         out.put(std::uint32_t(kind));
-        out.put(f.secondMoment);
+        out.put(f.variance);
         out.put(f.rays);
         out.put(f.passes);
     }
@@ -111,7 +111,7 @@ std::map<Sampling, SamplingFigures> getFigures(Reader& in) {
         if (kind >= std::uint32_t(Sampling::Auto) || figures.contains(Sampling(kind)))
             throw Malformed{"a sampling kind is unknown or named twice"};
         SamplingFigures& f = figures[Sampling(kind)];
-        f.secondMoment = in.figure("a second moment");
+        f.variance = in.figure("a variance");
         f.rays = in.figure("a number of rays");
         f.passes = in.get<std::uint32_t>();
     }
@@ -125,6 +125,7 @@ void put(Writer& out, const GuideRecord& record) {
         out.put(name);
     put(out, record.figures);
     put(out, record.rouletteFigures);
+    put(out, record.imageFigures);
     out.put(record.reference);
 }
 
@@ -136,6 +137,7 @@ GuideRecord getRecord(Reader& in) {
         name = in.text();
     record.figures = getFigures(in);
     record.rouletteFigures = getFigures(in);
+    record.imageFigures = getFigures(in);
     record.reference = in.figure("the reference of the roulette");
     return record;
 }

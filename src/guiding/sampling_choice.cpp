@@ -11,12 +11,13 @@ constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in
 constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
 constexpr std::uint32_t kRounds = 2;        // every way is tried so often before one is chosen
 constexpr std::uint32_t kReconsider = 16;   // passes between two later trials
+constexpr double kHopeless = 4;             // a way whose score is so many times the best one's is not tried again
 
 } // namespace
 
 void SamplingFigures::add(double moment, double raysPerPath) {
     const double weight = passes == 0 ? 1 : kNewWeight;
-    secondMoment += weight * (moment - secondMoment);
+    variance += weight * (moment - variance);
     rays += weight * (raysPerPath - rays);
     ++passes;
 }
@@ -29,7 +30,7 @@ double SamplingChoice::score(std::size_t way) const {
     const SamplingFigures& f = figures_[way];
     if (f.passes == 0)
         return std::numeric_limits<double>::infinity();
-    return f.secondMoment * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
+    return f.variance * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
 }
 
 SamplingWay SamplingChoice::best() const {
@@ -44,14 +45,16 @@ SamplingWay SamplingChoice::next(std::uint32_t pass) const {
     const std::uint32_t count = std::uint32_t(ways_.size());
     if (pass < kRounds * count)
         return ways_[pass % count];
-    if (pass % kReconsider == 0)
-        return ways_[pass / kReconsider % count];
-    return best();
+    const SamplingWay chosen = best();
+    const std::size_t other = pass / kReconsider % count;
+    if (pass % kReconsider == 0 && score(other) < kHopeless * score(indexOf(chosen)))
+        return ways_[other];
+    return chosen;
 }
 
-void SamplingChoice::observe(const SamplingWay& way, double secondMoment, double raysPerPath) {
+void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
-        figures_[i].add(secondMoment, raysPerPath);
+        figures_[i].add(variance, raysPerPath);
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {

@@ -17,22 +17,22 @@ struct SamplingWay {
 
 // Variance and cost of one way, averaged over its passes; later ones count more, as the guide gets better.
 struct SamplingFigures {
-    double secondMoment = 0;  // of the result, for one sample per pixel and an adjoint of norm 1
+    double variance = 0;  // of the result, for one sample per pixel and an adjoint of norm 1
     double rays = 0;          // per path
     std::uint32_t passes = 0; // 0: not measured
     void add(double moment, double raysPerPath);
 };
 
-// Chooses by secondMoment x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
+// Chooses by variance x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
     explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), figures_(ways_.size()) {}
 
-    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another, since
-    // the guide changes.
+    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
+    // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
     SamplingWay best() const; // of those that were measured; the first where none was
-    void observe(const SamplingWay& way, double secondMoment, double raysPerPath);
+    void observe(const SamplingWay& way, double variance, double raysPerPath);
 
     const std::vector<SamplingWay>& ways() const { return ways_; }
     const SamplingFigures& figures(std::size_t way) const { return figures_[way]; }

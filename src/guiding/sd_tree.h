@@ -93,6 +93,7 @@ class SdTree {
     const std::vector<SpatialNode>& spatial() const { return spatial_; } // [0] is the root
     const std::vector<GuideCell>& cells() const { return cells_; }
     std::vector<GuideCell>& cells() { return cells_; } // to mark what was published
+    void setMaxNodes(std::uint64_t n) { config_.maxNodes = n; }
     std::uint64_t nodes() const;                       // over all cells
     std::uint32_t cellAt(glm::vec3 position) const;    // positions outside the box count as on its faces
 

@@ -92,6 +92,10 @@ UpdateReport Guide::update() {
 }
 
 void Guide::replace(SdTree other) {
+    if (other.nodes() > tree.config().maxNodes)
+        throw Error(ExitCode::Usage, "the guide has " + std::to_string(other.nodes()) + " nodes, more than its memory holds",
+                    "it was learned with more memory", "raise --guide-memory");
+    other.setMaxNodes(tree.config().maxNodes);
     tree = std::move(other);
     for (GuideCell& cell : tree.cells())
         cell.changed = true;

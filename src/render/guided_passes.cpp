@@ -67,6 +67,17 @@ struct GuidedPasses::Impl {
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
 
+    SamplingDecision decide(const SamplingChoice& choice) const {
+        SamplingDecision d;
+        const SamplingWay way = trained ? choice.best() : choice.ways()[0];
+        d.kind = way.kind;
+        d.roulette = trained && way.roulette;
+        for (std::size_t i = 0; i < choice.ways().size(); ++i)
+            if (choice.figures(i).passes > 0)
+                (choice.ways()[i].roulette ? d.rouletteFigures : d.figures)[choice.ways()[i].kind] = choice.figures(i);
+        return d;
+    }
+
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
         renderer.setSampling({way.kind, record, way.roulette, sign, reference * meanAdjoint});
     }
@@ -82,7 +93,7 @@ struct GuidedPasses::Impl {
         run();
         const PassMeasure m = renderer.lastPass();
         if (adjointSquares > 0 && m.paths > 0)
-            choice.observe(way, m.secondMoment * spp / adjointSquares, double(m.rays) / double(m.paths));
+            choice.observe(way, m.variance * spp / adjointSquares, double(m.rays) / double(m.paths));
         renderer.updateGuide();
     }
 
@@ -112,14 +123,14 @@ struct GuidedPasses::Impl {
             reverse(view, spp, {seed, 0, kGatePass}, adjoint, {kind, roulette}, 0, ignored);
             measured[roulette] = renderer.lastPass();
         }
-        if (!(measured[0].secondMoment > 0) || measured[0].rays == 0)
+        if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
         // In the units of the learning passes, which ran without either.
         std::size_t plain = 0;
         while (!(derivatives.ways()[plain] == SamplingWay{kind, false}))
             ++plain;
         SamplingFigures f = derivatives.figures(plain);
-        f.secondMoment *= measured[1].secondMoment / measured[0].secondMoment;
+        f.variance *= measured[1].variance / measured[0].variance;
         f.rays *= double(measured[1].rays) / double(measured[0].rays);
         derivatives.setFigures({kind, true}, f);
     }
@@ -165,7 +176,7 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     Image image = impl_->renderer.render(view, spp, key, layers);
     const PassMeasure& m = impl_->renderer.lastPass();
     if (impl_->learning && m.paths > 0)
-        impl_->images.observe(way, m.secondMoment * spp, double(m.rays) / double(m.paths));
+        impl_->images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
     return image;
 }
 
@@ -197,7 +208,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
         const PassMeasure& m = p.renderer.lastPass();
         sum.paths += m.paths;
         sum.rays += m.rays;
-        sum.secondMoment += m.secondMoment;
+        sum.variance += m.variance;
         sum.reference += m.reference;
     };
     if (p.options.positivize) {
@@ -209,7 +220,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
         pass(spp, key, 0);
     }
     if (p.learning && sum.paths > 0 && squares > 0) {
-        p.derivatives.observe(way, sum.secondMoment * spp / squares, double(sum.rays) / double(sum.paths));
+        p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths));
         if (mean > 0)
             p.reference = sum.reference / mean;
     }
@@ -227,18 +238,8 @@ void GuidedPasses::endStep() {
     ++impl_->step;
 }
 
-SamplingDecision GuidedPasses::decision() const {
-    SamplingDecision d;
-    const SamplingWay way = impl_->trained ? impl_->derivatives.best() : impl_->derivatives.ways()[0];
-    d.kind = way.kind;
-    d.roulette = impl_->trained && way.roulette;
-    for (std::size_t i = 0; i < impl_->derivatives.ways().size(); ++i) {
-        const SamplingWay& w = impl_->derivatives.ways()[i];
-        if (impl_->derivatives.figures(i).passes > 0)
-            (w.roulette ? d.rouletteFigures : d.figures)[w.kind] = impl_->derivatives.figures(i);
-    }
-    return d;
-}
+SamplingDecision GuidedPasses::decision() const { return impl_->decide(impl_->derivatives); }
+SamplingDecision GuidedPasses::imageDecision() const { return impl_->decide(impl_->images); }
 
 double GuidedPasses::trainSeconds() const { return impl_->seconds; }
 
@@ -247,6 +248,7 @@ GuideRecord GuidedPasses::guideRecord() const {
     GuideRecord record;
     record.figures = d.figures;
     record.rouletteFigures = d.rouletteFigures;
+    record.imageFigures = imageDecision().figures;
     record.reference = impl_->reference;
     return record;
 }
@@ -256,6 +258,8 @@ void GuidedPasses::load(LoadedGuide guide) {
         impl_->derivatives.setFigures({kind, false}, f);
     for (const auto& [kind, f] : guide.record.rouletteFigures)
         impl_->derivatives.setFigures({kind, true}, f);
+    for (const auto& [kind, f] : guide.record.imageFigures)
+        impl_->images.setFigures({kind, false}, f);
     impl_->reference = guide.record.reference;
     impl_->renderer.setGuide(std::move(guide.tree));
     impl_->trained = true;

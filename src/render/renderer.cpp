@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "render/guide.h"
+#include "render/moment_sum.h"
 #include "render/wavefront.h"
 
 #include <algorithm>
@@ -196,6 +197,7 @@ struct Renderer::Impl {
         std::size_t pixel = 0;
         std::uint32_t done = 0; // samples of `pixel` that earlier batches took
         measure = {};
+        MomentSum moments;
         while (pixel < pixels) {
             const std::size_t startPixel = pixel;
             const std::uint32_t startSample = done;
@@ -232,11 +234,12 @@ struct Renderer::Impl {
             if (pass.roulette)
                 most = roomFor(batch, counts);
             countRays(counts);
-            if (pass.measure)
-                for (const glm::vec2& m : pools->pathMoments.downloadAll<glm::vec2>(batch.paths)) {
-                    measure.secondMoment += double(m.x);
-                    measure.reference += double(m.y) / double(pixels);
-                }
+            if (pass.measure) {
+                const auto found = pools->pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
+                for (std::uint32_t p = 0; p < batch.pixels; ++p)
+                    for (std::uint32_t i = offsets[p]; i < offsets[p + 1]; ++i)
+                        moments.add(batch.firstPixel + p, found[i]);
+            }
             if (!film)
                 continue;
             tile = pools->film.downloadAll<gpu::FilmPixel>(batch.pixels);
@@ -247,6 +250,10 @@ struct Renderer::Impl {
                 receive(batch.firstPixel + i, tile[i], layers ? layerTile[i] : gpu::LayerSample{});
             carry = split ? tile.back() : gpu::FilmPixel{};
             layerCarry = split && layers ? layerTile.back() : gpu::LayerSample{};
+        }
+        if (pass.measure) {
+            measure.variance = moments.variance();
+            measure.reference = moments.reference() / double(pixels);
         }
         return countDropped();
     }
@@ -307,7 +314,7 @@ struct Renderer::Impl {
             }
             layers->depth.values[pixel] = l.depth / hits;
         });
-        measure.secondMoment = variance;
+        measure.variance = variance;
         return result;
     }
 

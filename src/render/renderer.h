@@ -41,7 +41,7 @@ struct PassSampling {
 // What a pass cost and how it scattered.
 struct PassMeasure {
     std::uint64_t paths = 0, rays = 0;
-    double secondMoment = 0; // sum over the paths of their squared contributions to the result: its variance, but for the mean's square
+    double variance = 0;     // of the result, summed over its entries: an estimate from the pass itself
     double reference = 0;    // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
 };
 

@@ -33,7 +33,7 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     b.batch += needs.layers ? 2 * sizeof(gpu::LayerSample) : 0;
     b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
     b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
-    b.batch += needs.moments() ? sizeof(glm::vec2) : 0;
+    b.batch += needs.moments() ? sizeof(gpu::PathMoment) : 0;
     b.bounce = sizeof(gpu::Vertex) + sizeof(std::uint32_t) + 4 * words + (needs.has(kModeForward) ? sizeof(glm::vec3) : 0);
     b.bounce += needs.guiding ? sizeof(gpu::GuideVisit) : 0;
     b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
@@ -78,7 +78,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     if (needs.roulette)
         copies = transient("copies", n * sizeof(gpu::Copy));
     if (needs.moments())
-        pathMoments = transient("path moments", n * sizeof(glm::vec2));
+        pathMoments = transient("path moments", n * sizeof(gpu::PathMoment));
     if (needs.layers) {
         layerSamples = transient("layer samples", n * sizeof(gpu::LayerSample));
         layerFilm = transient("layer tile", n * sizeof(gpu::LayerSample));

@@ -97,7 +97,7 @@ TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {
             ASSERT_EQ(now.size(), then.size());
             for (const auto& [kind, f] : then) {
                 ASSERT_TRUE(now.contains(kind));
-                EXPECT_EQ(now.at(kind).secondMoment, f.secondMoment);
+                EXPECT_EQ(now.at(kind).variance, f.variance);
                 EXPECT_EQ(now.at(kind).rays, f.rays);
                 EXPECT_EQ(now.at(kind).passes, f.passes);
             }

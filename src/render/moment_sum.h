@@ -1,0 +1,71 @@
+// The variance of a reverse pass, from what its paths contributed.
+#pragma once
+
+#include "shared/wavefront.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace cmpg {
+
+// Paths come in pixel order. A pixel has a fixed number of samples, so what its samples agree on is no variance: of the contributions of
+// first vertices, which go to few entries, the mean is taken out per pixel and entry. Those of later vertices scatter over many entries;
+// their squares count whole. The result does not depend on how the paths were batched.
+class MomentSum {
+  public:
+    void add(std::size_t pixel, const gpu::PathMoment& m) {
+        if (pixel != pixel_) {
+            closePixel();
+            pixel_ = pixel;
+        }
+        below_ += double(m.below);
+        reference_ += double(m.reference);
+        ++samples_;
+        const glm::dvec3 own(m.own);
+        squares_ += glm::dot(own, own);
+        if (m.entry == gpu::kNone)
+            return;
+        const auto found = std::find_if(sums_.begin(), sums_.end(), [&](const EntrySum& e) { return e.entry == m.entry; });
+        if (found != sums_.end())
+            found->sum += own;
+        else
+            sums_.push_back({m.entry, own});
+    }
+
+    // Sum over the gradient's entries of the variance, for the samples so far.
+    double variance() {
+        closePixel();
+        // Pixels of one sample tell nothing about their mean: they are taken to scatter as the others do.
+        const double share = pairedSquares_ > 0 ? std::clamp(pairedVariance_ / pairedSquares_, 0.0, 1.0) : 1;
+        return below_ + pairedSquares_ * share + singleSquares_ * share;
+    }
+    double reference() const { return reference_; } // sum over the paths
+
+  private:
+    struct EntrySum {
+        std::uint32_t entry;
+        glm::dvec3 sum;
+    };
+
+    void closePixel() {
+        if (samples_ == 1)
+            singleSquares_ += squares_;
+        if (samples_ > 1) {
+            double products = -squares_; // of pairs of different samples with the same entry
+            for (const EntrySum& e : sums_)
+                products += glm::dot(e.sum, e.sum);
+            pairedSquares_ += squares_;
+            pairedVariance_ += squares_ - products / double(samples_ - 1);
+        }
+        samples_ = 0;
+        squares_ = 0;
+        sums_.clear();
+    }
+
+    std::size_t pixel_ = ~std::size_t(0), samples_ = 0;
+    double squares_ = 0;
+    std::vector<EntrySum> sums_;
+    double below_ = 0, reference_ = 0, pairedSquares_ = 0, pairedVariance_ = 0, singleSquares_ = 0;
+};
+
+} // namespace cmpg
