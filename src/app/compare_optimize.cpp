@@ -144,7 +144,9 @@ OptimizeComparison compareOptimisations(Device& device, const CompareSubject& su
             continue;
         result.ratio.error =
             result.ratio.value * std::hypot(first.error / first.value, result.parameterError.error / result.parameterError.value);
-        result.secondsToFirst = secondsToReach(result.curve, comparison.results.front().curve.back().error);
+        const double goal = comparison.results.front().curve.back().error;
+        if (goal < comparison.initialError) // else everybody is as good before the first step
+            result.secondsToFirst = secondsToReach(result.curve, goal);
     }
     return comparison;
 }

@@ -26,11 +26,11 @@ struct OptimizeComparison {
     std::vector<std::vector<float>> initial; // values at the start
 };
 
-// Each method goes --steps steps, or as many as --time allows. `config` without targets and seed. Adds statistics to the report.
+// Each method goes --steps steps, or as many as --time allows, whoever spent least next. `config` without targets. Adds statistics to
+// the report.
 OptimizeComparison compareOptimisations(Device& device, const CompareSubject& subject, const OptimizeConfig& config, Report& report,
                                         const std::function<void(const std::string&)>& progress);
 
-// What follows from the curves and final errors, which `results` hold for each repetition.
 double meanSquaredParameterError(const std::vector<std::vector<float>>& values, const std::vector<std::vector<float>>& truth);
 // When a curve first gets as low as `error`; nothing if it never does.
 std::optional<double> secondsToReach(const std::vector<CurvePoint>& curve, double error);

@@ -33,7 +33,7 @@ HtmlTable tableOf(const OptimizeComparison& comparison) {
                               shortNumber(r.steps), shortNumber(r.seconds), r.trainSeconds > 0 ? shortNumber(r.trainSeconds) : "&ndash;",
                               withError(r.parameterError.value, r.parameterError.error),
                               withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;",
-                              i == 0 ? "&ndash;" : r.secondsToFirst ? shortNumber(*r.secondsToFirst) + " s" : "never",
+                              r.secondsToFirst ? shortNumber(*r.secondsToFirst) + " s" : "&ndash;",
                               withError(r.imageError.value, r.imageError.error)});
     }
     return table;

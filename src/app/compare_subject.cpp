@@ -113,14 +113,17 @@ RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& me
 }
 
 void makePictures(Device& device, CompareSubject& subject, Report& report) {
-    const CompareMethod plain = parseMethods("plain", baseMethod(subject.options)).front();
-    Renderer renderer(device, subject.scene, renderConfig(subject, plain));
-    renderer.prepare({Renderer::Mode::Render});
     const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.target.image.values.empty();
-    constexpr std::uint32_t kPictureSpp = 64;
+    constexpr std::uint32_t kPictureSpp = 64, kTrainSpp = 8, kTrainPasses = 8;
+    CompareMethod method = baseMethod(subject.options);
+    method.options.roulette = false;
+    Renderer renderer(device, subject.scene, renderConfig(subject, method));
+    renderer.prepare({Renderer::Mode::Render});
+    GuidedPasses passes(renderer, method.options);
     const Stopwatch watch;
-    subject.picture = renderer.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
-                                      {.seed = subject.seed(), .pass = kPicturePass});
+    passes.trainRender(subject.view, kTrainSpp, kTrainPasses, subject.seed());
+    subject.picture = passes.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
+                                    {.seed = subject.seed(), .pass = kPicturePass});
     report.seconds.primal += watch.seconds();
     if (needsAdjoint)
         subject.adjoint = evaluateLoss(subject.options.loss, subject.picture, subject.target.image, subject.target.mask).adjoint;

@@ -26,15 +26,17 @@ Axis axisOf(double smallest, double largest, double from, double to) {
     return {low, high, from, to};
 }
 
-// Powers of ten, and 2 and 5 times them where they are few.
+// Powers of ten; 2 and 5 times them where they are few; all digits where not even those are there.
 std::vector<double> ticksOf(const Axis& axis) {
     const int first = int(std::floor(axis.low)), last = int(std::ceil(axis.high));
     const int stride = std::max(1, (last - first) / 6);
     std::vector<double> ticks;
+    const double span = axis.high - axis.low;
     for (int decade = first; decade <= last; decade += stride)
-        for (const double mantissa : {1.0, 2.0, 5.0}) {
+        for (const int mantissa : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
             const double tick = mantissa * std::pow(10.0, decade), place = std::log10(tick);
-            if (place >= axis.low && place <= axis.high && (mantissa == 1 || axis.high - axis.low < 2.2))
+            const bool wanted = mantissa == 1 || span < 0.7 || (span < 2.2 && (mantissa == 2 || mantissa == 5));
+            if (place >= axis.low && place <= axis.high && wanted)
                 ticks.push_back(tick);
         }
     return ticks;
