@@ -41,8 +41,7 @@ def box():
 # corridor lies beyond. The lamp hangs on the corridor's side of that wall and shines away from the room, so every point with
 # x <= 2.1 is behind it. The door leaf, hinged on its near side and ajar into the room, hides the opening from the camera;
 # so whatever the camera sees lies in front of x = 2.1 and sees no emitter.
-def door():
-    """A room that gets all its light through a door ajar from the corridor next to it."""
+def lit_through_door(furnish):
     g = Gltf(max_depth=8)
     g.material("painting", texture=g.texture("painting.png", images.Picture(64, 64, images.harbour).png()))
     g.material("wall", (0.72, 0.70, 0.66))
@@ -77,10 +76,72 @@ def door():
     g.mesh("frame", Mesh().box((-0.75, 0.80, far), (0.75, 2.30, far + 0.05), without="z-"), "frame")
     g.mesh("painting", Mesh().quad((-0.68, 0.87, far + 0.055), (0.68, 0.87, far + 0.055), (0.68, 2.23, far + 0.055),
                                    (-0.68, 2.23, far + 0.055)), "painting")
-    g.mesh("plinth", Mesh().box((-1.55, 0, -1.35), (-1.05, 0.55, -0.85), without="y-"), "plinth")
-    g.mesh("ball", Mesh().sphere((-1.3, 0.80, -1.1), 0.25, 32, 16), "ball")
+    furnish(g)
     g.mesh("lamp", Mesh().quad((2.13, 1.9, 1.7), (2.13, 1.9, 1.5), (2.13, 2.1, 1.5), (2.13, 2.1, 1.7)), "lamp")
+    return g
+
+
+def door():
+    """A room that gets all its light through a door ajar from the corridor next to it."""
+    def furnish(g):
+        g.mesh("plinth", Mesh().box((-1.55, 0, -1.35), (-1.05, 0.55, -0.85), without="y-"), "plinth")
+        g.mesh("ball", Mesh().sphere((-1.3, 0.80, -1.1), 0.25, 32, 16), "ball")
+    g = lit_through_door(furnish)
     g.camera("room", (-0.9, 1.45, 1.9), (0.32, 1.25, -2), 58)
+    return g
+
+
+def door_roughness():
+    """The same room with a metal table under the painting: how polished it is where is what is unknown."""
+    def furnish(g):
+        polish = images.Picture(64, 64, images.polish).png()
+        g.material("table", (0.93, 0.90, 0.86), roughness=1, metallic=1, rough_texture=g.texture("polish.png", polish))
+        g.material("leg", (0.10, 0.10, 0.11))
+        (x, z), (X, Z), top = (-0.75, -1.75), (1.15, -0.05), 0.62
+        g.mesh("table", Mesh().quad((x, top, Z), (X, top, Z), (X, top, z), (x, top, z)), "table")
+        g.mesh("apron", Mesh().box((x, top - 0.08, z), (X, top - 0.001, Z), without="y+"), "leg")
+        g.mesh("stem", Mesh().box((0.1, 0, -1.0), (0.3, top - 0.08, -0.8), without="y- y+"), "leg")
+        g.mesh("ball", Mesh().sphere((-0.42, top + 0.2, -1.42), 0.2, 32, 16), "ball")
+    g = lit_through_door(furnish)
+    g.camera("room", (-0.75, 1.75, 1.75), (0.28, 0.74, -1.2), 44)
+    return g
+
+
+# The occluded scene in plan: the right wall, x = 2, is lit by a lamp that hangs high before it, behind a lintel at x = 1.4, and shines
+# away from the room. Whatever the camera sees lies behind the lamp's plane, so no point of it sees an emitter: all its light comes back
+# from the right wall and what lies before it. The camera looks the other way and sees neither the wall nor the patches on it.
+def occluded():
+    """A nearly black patch on a bright wall, both lit by a lamp and seen only by way of other surfaces."""
+    g = Gltf(max_depth=8)
+    g.material("patch", texture=g.texture("patch.exr", images.Picture(64, 64, images.soot).exr()))
+    g.material("wall", (0.62, 0.58, 0.52))
+    g.material("floor", (0.40, 0.33, 0.27))
+    g.material("bright", (0.88, 0.87, 0.84))
+    g.material("black", (0.02, 0.02, 0.02))
+    g.material("crate", (0.55, 0.38, 0.20))
+    g.material("ball", (0.22, 0.36, 0.52))
+    g.material("lamp", (0.1, 0.1, 0.1), emission=(420, 380, 320))
+    near, far, left, right, height, lintel = 2.0, -2.0, -2.0, 2.0, 2.4, 1.4
+    g.mesh("floor", Mesh().quad((left, 0, near), (right, 0, near), (right, 0, far), (left, 0, far)), "floor")
+    walls = Mesh()
+    walls.quad((left, height, far), (right, height, far), (right, height, near), (left, height, near))
+    walls.quad((left, 0, far), (right, 0, far), (right, height, far), (left, height, far))
+    walls.quad((right, 0, near), (left, 0, near), (left, height, near), (right, height, near))
+    walls.quad((left, 0, near), (left, 0, far), (left, height, far), (left, height, near))
+    walls.box((lintel - 0.05, 1.75, far), (lintel, height, near), without="y+ z- z+")
+    g.mesh("walls", walls, "wall")
+    g.mesh("bright wall", Mesh().quad((right, 0, far), (right, 0, near), (right, height, near), (right, height, far)), "bright")
+
+    def panel(low, high, y, Y):  # on the right wall, facing the room
+        x = right - 0.01
+        return Mesh().quad((x, y, low), (x, y, high), (x, Y, high), (x, Y, low))
+    g.mesh("patch", panel(-0.4, 0.4, 0.8, 1.6), "patch")
+    g.mesh("black panel", panel(0.8, 1.6, 0.8, 1.6), "black")
+    g.mesh("crate", Mesh().box((-0.35, 0, -0.35), (0.35, 0.6, 0.35), without="y-").transform(rotation("y", 25), (-1.2, 0, -1.2)), "crate")
+    g.mesh("ball", Mesh().sphere((-1.2, 0.88, -1.2), 0.28, 32, 16), "ball")
+    x = lintel + 0.03
+    g.mesh("lamp", Mesh().quad((x, 2.0, 0.15), (x, 2.0, -0.15), (x, 2.3, -0.15), (x, 2.3, 0.15)), "lamp")
+    g.camera("room", (1.15, 1.35, 1.6), (-1.25, 0.75, -1.15), 55)
     return g
 
 
@@ -214,7 +275,7 @@ def materials():
     return g
 
 
-SMALL = {f.__name__: f for f in (box, door, bowl, environment, furnace, materials)}
+SMALL = {f.__name__: f for f in (box, door, door_roughness, occluded, bowl, environment, furnace, materials)}
 
 
 def main():

@@ -124,3 +124,26 @@ def mosaic(u, v):
         return hex_colour([["d9cfb8", "b5512f"], ["315b7d", "e0c078"], ["d9cfb8", "54795b"],
                            ["b5512f", "ebe3d3"], ["315b7d", "d9cfb8"]][ring][(wedge + ring) % 2])
     return hex_colour("c9bfa9" if (int(u * 8) + int(v * 8)) % 2 else "8f8a80")
+
+
+def polish(u, v):
+    """Roughness (green) of a metal table top, all of it metal (blue): a bright star on a satin field with a border of two finishes."""
+    x, y = 2 * u - 1, 2 * v - 1
+    edge, radius, angle = max(abs(x), abs(y)), math.hypot(x, y), math.atan2(y, x)
+    point = abs((angle / (math.pi / 4) + 0.5) % 1 - 0.5) * math.pi / 4  # to the nearest of eight rays
+    rough = 0.42
+    if 0.78 < edge < 0.93:
+        rough = 0.18 if (int(u * 12) + int(v * 12)) % 2 else 0.55
+    elif radius * math.cos(point) + 1.9 * radius * math.sin(point) < 0.66:
+        rough = 0.15 if (angle / (math.pi / 4)) % 1 < 0.5 else 0.26
+    elif radius < 0.72:
+        rough = 0.55
+    return (0, 255 * rough, 255)
+
+
+def soot(u, v):
+    """Linear reflectances of about 0.02: a ring and a diagonal in black on black."""
+    radius = math.hypot(2 * u - 1, 2 * v - 1)
+    if 0.5 < radius < 0.75:
+        return (0.032, 0.028, 0.024)
+    return (0.012, 0.014, 0.016) if abs(u - v) < 0.08 else (0.020, 0.020, 0.020)

@@ -9,6 +9,7 @@ namespace cmpg {
 ExitCode runRender(const Options& options, Report& report);
 ExitCode runGradient(const Options& options, Report& report);
 ExitCode runOptimize(const Options& options, Report& report);
+ExitCode runCompare(const Options& options, Report& report);
 ExitCode runInspect(const Options& options, Report& report);
 ExitCode runView(const Options& options, Report& report);
 ExitCode runGuide(const Options& options, Report& report);

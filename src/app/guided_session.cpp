@@ -41,7 +41,7 @@ nlohmann::ordered_json figuresOf(const std::map<Sampling, SamplingFigures>& figu
 
 bool usesGuide(const Options& options) {
     const bool wanted = options.sampling != Sampling::Bsdf || (options.roulette && options.isReverse()) || !options.saveGuide.empty();
-    return wanted && (options.command == Command::Optimize || options.train > 0 || !options.loadGuide.empty());
+    return wanted && (options.command == Command::Optimize || options.effectiveTrain() > 0 || !options.loadGuide.empty());
 }
 
 GuidedSession::GuidedSession(const Options& options, Report& report, Session& session)
@@ -62,13 +62,13 @@ GuidedSession::GuidedSession(const Options& options, Report& report, Session& se
 }
 
 void GuidedSession::train(const std::function<void(std::uint32_t)>& run) {
-    if (options_.train > 0 && usesGuide(options_))
-        run(options_.train);
+    if (options_.effectiveTrain() > 0 && usesGuide(options_))
+        run(options_.effectiveTrain());
 }
 
 void GuidedSession::finish() {
     report_.seconds.guide += passes_.trainSeconds();
-    const SamplingDecision decision = passes_.decision();
+    const SamplingDecision decision = options_.command == Command::Render ? passes_.imageDecision() : passes_.decision();
     report_.extra["sampling"] = {{"kind", samplingName(decision.kind)},
                                  {"roulette", decision.roulette},
                                  {"figures", figuresOf(decision.figures)},

@@ -18,6 +18,8 @@ ExitCode dispatch(const Options& options, Report& report) {
         return runGradient(options, report);
     case Command::Optimize:
         return runOptimize(options, report);
+    case Command::Compare:
+        return runCompare(options, report);
     case Command::Inspect:
         return runInspect(options, report);
     case Command::View:

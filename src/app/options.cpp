@@ -16,6 +16,7 @@ Examples:
   cmpg-vk --headless gradient room.gltf --param painting.baseColor -o gradient.exr
   cmpg-vk --headless gradient room.gltf --param painting.baseColor --target ref.exr -o gradient.exr
   cmpg-vk --headless optimize room.gltf --param painting.baseColor --target ref.exr --set painting.baseColor=0.5 -o run
+  cmpg-vk --headless compare  room.gltf --param painting.baseColor --target ref.exr --set painting.baseColor=0.5 --time 20 -o out
   cmpg-vk --headless view     gradient.exr -o gradient.png --signed
 
 A run writes its effective configuration to run.json in the folder of its output; --config takes it back, and options on the
@@ -61,9 +62,9 @@ std::string kind(const std::string& value, const std::string& initial) {
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, --check: 16"))->group(sampling);
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check: 16"))->group(sampling);
     addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
-        ->option_text(kind("N", "as --spp; optimize: 4"))
+        ->option_text(kind("N", "as --spp; optimize, also in compare: 4"))
         ->group(sampling);
     addCount(app, "--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
     addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")
@@ -83,7 +84,7 @@ void addCommon(CLI::App& app, Options& o) {
 
     const std::string guide = "Guide (render, gradient; optimize learns as it goes)";
     addCount(app, "--train", o.train, "Learning passes before the measured one, of as many samples each")
-        ->option_text(kind("N", "0"))
+        ->option_text(kind("N", "0; compare: 8"))
         ->group(guide);
     app.add_option("--save-guide", o.saveGuide, "Write what was learned")->option_text("FILE")->group(guide);
     app.add_option("--load-guide", o.loadGuide, "Start from what an earlier run learned")->option_text("FILE")->group(guide);
@@ -136,6 +137,51 @@ void addParameters(CLI::App& app, Options& o) {
     app.add_option("--param", o.param, "Parameter, as 'inspect' prints it, or a glob. Repeats")->option_text("P")->allow_extra_args(false);
 }
 
+void addDifferentiation(CLI::App& app, Options& o) {
+    app.add_option(
+           "--direction", o.direction,
+           "Forward mode: image derivative when every entry grows alike (one), in proportion to its value (self), or along an image")
+        ->option_text(kind("one|self|FILE", "one"));
+    app.add_option("--adjoint", o.adjoint, "Reverse mode: adjoint^T . dI/dP for this image, in P's own shape")->option_text("FILE.exr");
+}
+
+void addOptimizer(CLI::App& app, Options& o) {
+    addCount(app, "--steps", o.steps, "Steps")->option_text(kind("N", "200"));
+    addEnum(app, "--optimizer", o.optimizer, kOptimizers, "adam", "Update rule");
+    app.add_option("--rate", o.rate, "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats")
+        ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))
+        ->allow_extra_args(false);
+    addEnum(app, "--schedule", o.schedule, kSchedules, "constant", "How the rate falls");
+    app.add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")
+        ->option_text(kind("F", "0.1"));
+    addCount(app, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
+    addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
+    app.add_option("--forgetting", o.forgetting, "What the guide keeps of older steps, each step")->option_text(kind("F", "0.9"));
+    app.add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
+        ->option_text(kind("W", "0"));
+}
+
+void addComparison(CLI::App& app, Options& o) {
+    app.add_option("--methods", o.methods,
+                   "Comma-separated: plain, primal, differential, uniform, conditional, ours; each with parts, as in "
+                   "conditional+pixels+roulette: pixels, roulette, positivize, nonee, independent")
+        ->option_text(kind("LIST", "plain,primal,conditional,ours"));
+    app.add_option("--mode", o.mode,
+                   "Comma-separated: the derivative image (forward), the gradient of an adjoint or a target's loss (reverse), a whole "
+                   "recovery from a target (optimize)")
+        ->option_text(kind("LIST", "reverse"));
+    app.add_option("--time", o.time, "Equal time: seconds of passes or steps for each method. Without it, equal samples")->option_text("T");
+    addCount(app, "--seeds", o.seeds, "Passes of each method, or the fewest under --time; optimize: repetitions")
+        ->option_text(kind("K", "16; under --time: 4; optimize: 1"));
+    app.add_option("--reference", o.reference,
+                   "What is right: made by the most efficient method (auto), or an image. optimize: the scene's own values, or an image")
+        ->option_text(kind("auto|FILE", "auto"));
+    app.add_option("--reference-time", o.referenceTime, "Most seconds for an automatic reference")
+        ->option_text(kind("T", "twice all measured passes"));
+    addCount(app, "--adjoint-spp", o.adjointSpp, "Samples per pixel of the image whose loss gives the adjoint of --target")
+        ->option_text(kind("N", "256"));
+}
+
 CLI::App* addCommand(CLI::App& app, Options& o, Command command, const std::string& help, const std::string& input) {
     CLI::App* sub = app.add_subcommand(commandName(command), help);
     sub->fallthrough(); // common options may follow the command
@@ -150,32 +196,22 @@ void addCommands(CLI::App& app, Options& o) {
 
     CLI::App* gradient = addCommand(app, o, Command::Gradient, "Differentiate the image, or a loss of it", scene);
     addParameters(*gradient, o);
-    gradient
-        ->add_option(
-            "--direction", o.direction,
-            "Forward mode: image derivative when every entry grows alike (one), in proportion to its value (self), or along an image")
-        ->option_text(kind("one|self|FILE", "one"));
-    gradient->add_option("--adjoint", o.adjoint, "Reverse mode: adjoint^T . dI/dP for this image, in P's own shape")
-        ->option_text("FILE.exr");
+    addDifferentiation(*gradient, o);
     addTarget(*gradient, o);
     gradient->add_flag("--check", o.check, "Compare the forward gradient with finite differences; exit code 1 if they disagree");
 
     CLI::App* optimize = addCommand(app, o, Command::Optimize, "Recover parameters from target images: -o FOLDER", scene);
     addParameters(*optimize, o);
     addTarget(*optimize, o);
-    addCount(*optimize, "--steps", o.steps, "Steps")->option_text(kind("N", "200"));
-    addEnum(*optimize, "--optimizer", o.optimizer, kOptimizers, "adam", "Update rule");
-    optimize->add_option("--rate", o.rate, "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats")
-        ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))
-        ->allow_extra_args(false);
-    addEnum(*optimize, "--schedule", o.schedule, kSchedules, "constant", "How the rate falls");
-    optimize->add_option("--final-rate", o.finalRate, "Factor of the rate at the last step, under a schedule")
-        ->option_text(kind("F", "0.1"));
-    addCount(*optimize, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
-    addCount(*optimize, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
-    optimize->add_option("--forgetting", o.forgetting, "What the guide keeps of older steps, each step")->option_text(kind("F", "0.9"));
-    optimize->add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
-        ->option_text(kind("W", "0"));
+    addOptimizer(*optimize, o);
+
+    CLI::App* compare =
+        addCommand(app, o, Command::Compare, "Compare ways of sampling: equal time or equal samples, with a report: -o FOLDER", scene);
+    addParameters(*compare, o);
+    addComparison(*compare, o);
+    addDifferentiation(*compare, o);
+    addTarget(*compare, o);
+    addOptimizer(*compare, o);
 
     CLI::App* inspect = addCommand(app, o, Command::Inspect, "Cameras, materials, parameters, features and memory of a scene", scene);
     inspect->add_option("--param", o.param, "Parameter that is to be differentiable, for features and memory. Repeats")
@@ -249,13 +285,17 @@ const char* commandName(Command command) {
 std::uint32_t Options::effectiveSpp() const {
     if (spp)
         return *spp;
-    return command == Command::Optimize || check ? 16 : 64;
+    return command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
 }
 
 std::uint32_t Options::effectiveSppGradient() const {
     if (sppGradient)
         return *sppGradient;
-    return command == Command::Optimize ? 4 : effectiveSpp();
+    return command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
+}
+
+std::uint32_t Options::effectiveTrain() const {
+    return train.value_or(command == Command::Compare ? 8 : 0);
 }
 
 Options parseOptions(int argc, const char* const* argv) {

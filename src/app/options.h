@@ -15,7 +15,7 @@
 
 namespace cmpg {
 
-enum class Command { None, Render, Gradient, Optimize, Inspect, View, Guide, ListDevices, Version };
+enum class Command { None, Render, Gradient, Optimize, Compare, Inspect, View, Guide, ListDevices, Version };
 const char* commandName(Command command);
 
 struct Options {
@@ -38,7 +38,7 @@ struct Options {
     bool noLightSampling = false;
     bool roulette = true; // by the adjoint, where it pays
     bool positivize = false;
-    std::uint32_t train = 0; // learning passes before the measured one
+    std::optional<std::uint32_t> train; // learning passes before the measured one
     std::string saveGuide, loadGuide;
     std::uint64_t guideMemory = 64; // MiB
     std::optional<PixelSampling> pixelSampling; // default: adjoint
@@ -68,6 +68,15 @@ struct Options {
     std::uint32_t warmUp = 0, freeze = ~0u; // steps that only learn the guide; from which on it stays as it is
     float forgetting = 0.9f;
 
+    // compare
+    std::string methods = "plain,primal,conditional,ours";
+    std::string mode = "reverse"; // comma-separated
+    std::optional<float> time;    // seconds for each method
+    std::optional<std::uint32_t> seeds;
+    std::string reference = "auto"; // or a file or folder
+    std::optional<float> referenceTime;
+    std::uint32_t adjointSpp = 256;
+
     // view
     bool isSigned = false;
     float exposure = 0;
@@ -81,6 +90,7 @@ struct Options {
 
     std::uint32_t effectiveSpp() const;         // of images
     std::uint32_t effectiveSppGradient() const; // of derivative passes
+    std::uint32_t effectiveTrain() const;
     bool isReverse() const { return command == Command::Optimize || !adjoint.empty() || !target.empty(); }
 };
 
@@ -116,7 +126,8 @@ inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, 
 inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
-    {Command::Render, "render"}, {Command::Gradient, "gradient"},        {Command::Optimize, "optimize"}, {Command::Inspect, "inspect"},
-    {Command::View, "view"},     {Command::Guide, "guide"},           {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
+    {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},
+    {Command::Compare, "compare"}, {Command::Inspect, "inspect"},   {Command::View, "view"},
+    {Command::Guide, "guide"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
 
 } // namespace cmpg

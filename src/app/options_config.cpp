@@ -42,9 +42,13 @@ template <class O, class V> void visitTarget(O& o, V&& v) {
     v("target-exposure", o.targetExposure);
 }
 
-template <class O, class V> void visitGradient(O& o, V&& v) {
+template <class O, class V> void visitDifferentiation(O& o, V&& v) {
     v("direction", o.direction);
     v("adjoint", o.adjoint);
+}
+
+template <class O, class V> void visitGradient(O& o, V&& v) {
+    visitDifferentiation(o, v);
     v("check", o.check);
 }
 
@@ -65,6 +69,18 @@ template <class O, class V> void visitGuide(O& o, V&& v) {
     v("csv", o.csv);
     v("cell", o.cell);
     v("weights", o.weights);
+}
+
+template <class O, class V> void visitCompare(O& o, V&& v) {
+    v("methods", o.methods);
+    v("mode", o.mode);
+    v("time", o.time);
+    v("seeds", o.seeds);
+    v("reference", o.reference);
+    v("reference-time", o.referenceTime);
+    v("adjoint-spp", o.adjointSpp);
+    visitDifferentiation(o, v);
+    visitOptimize(o, v);
 }
 
 template <class O, class V> void visitView(O& o, V&& v) {
@@ -228,17 +244,46 @@ void validateOptimize(const Options& o) {
     requireFinite(o.forgetting, "--forgetting", 0, 1);
 }
 
+void validateCompare(const Options& o) {
+    if (o.param.empty())
+        refuse("compare needs --param", "'inspect SCENE' lists the parameters");
+    if (o.output.empty())
+        refuse("compare needs -o FOLDER");
+    if (!o.adjoint.empty() && !o.target.empty())
+        refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
+    if (o.target.size() > 1)
+        refuse("compare takes one --target");
+    if (o.time)
+        requireFinite(*o.time, "--time", 1e-3f, 1e7f);
+    if (o.referenceTime)
+        requireFinite(*o.referenceTime, "--reference-time", 1e-3f, 1e7f);
+    requirePositive(o.seeds, "--seeds", 1'000'000);
+    constexpr std::uint32_t kFewest = 4;
+    if (o.seeds && *o.seeds < kFewest && o.mode != "optimize")
+        refuse("--seeds must be at least 4 for derivatives: fewer passes do not show their variance");
+    requirePositive(o.adjointSpp, "--adjoint-spp", 1u << 24);
+    if (o.steps == 0 || o.steps > 10'000'000)
+        refuse("--steps must be from 1 to 10000000");
+    requireFinite(o.finalRate, "--final-rate", 0, 1);
+    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
+}
+
 } // namespace
 
 nlohmann::ordered_json toConfig(const Options& options) {
     Options o = options;
     o.spp = o.effectiveSpp();
-    o.sppGradient = o.effectiveSppGradient();
+    if (o.command != Command::Compare || o.mode.find(',') == std::string::npos) // the default differs between the modes
+        o.sppGradient = o.effectiveSppGradient();
     if (!o.pixelSampling)
         o.pixelSampling = PixelSampling::Adjoint;
+    o.train = o.effectiveTrain();
     o.mask = absolutePath(o.mask);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
+    if (o.reference != "auto")
+        o.reference = absolutePath(o.reference);
     if (o.direction != "one" && o.direction != "self")
         o.direction = absolutePath(o.direction);
     for (std::string& s : o.set)
@@ -260,12 +305,14 @@ nlohmann::ordered_json toConfig(const Options& options) {
         return json;
     }
     visitCommon(o, writer);
-    if (o.command == Command::Gradient || o.command == Command::Optimize)
+    if (o.command == Command::Gradient || o.command == Command::Optimize || o.command == Command::Compare)
         visitTarget(o, writer);
     if (o.command == Command::Gradient)
         visitGradient(o, writer);
     if (o.command == Command::Optimize)
         visitOptimize(o, writer);
+    if (o.command == Command::Compare)
+        visitCompare(o, writer);
     return json;
 }
 
@@ -282,6 +329,7 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         visitTarget(options, reader);
         visitGradient(options, reader);
         visitOptimize(options, reader);
+        visitCompare(options, reader);
         visitView(options, reader);
         visitGuide(options, reader);
         if (!reader.found)
@@ -293,7 +341,7 @@ void validate(const Options& o) {
     if (o.command == Command::ListDevices || o.command == Command::Version)
         return;
     if (o.command == Command::None)
-        refuse("no command given", "one of render, gradient, optimize, inspect, view, guide; see cmpg-vk --help");
+        refuse("no command given", "one of render, gradient, optimize, compare, inspect, view, guide; see cmpg-vk --help");
     if (o.input.empty())
         refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
                                                         : o.command == Command::Guide ? " needs a guide"
@@ -308,7 +356,7 @@ void validate(const Options& o) {
     requirePositive(o.maxDepth, "--max-depth", 1024);
     if (o.memory < 16 || o.memory > (1u << 22))
         refuse("--memory must be from 16 to 4194304 MiB");
-    if (o.train > 100000)
+    if (o.effectiveTrain() > 100000)
         refuse("--train must be at most 100000 passes");
     if (o.guideMemory < 1 || o.guideMemory > 4096)
         refuse("--guide-memory must be from 1 to 4096 MiB");
@@ -324,6 +372,8 @@ void validate(const Options& o) {
         validateGradient(o);
     if (o.command == Command::Optimize)
         validateOptimize(o);
+    if (o.command == Command::Compare)
+        validateCompare(o);
     if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
         refuse(commandName(o.command) + std::string(" needs -o FILE"));
 }

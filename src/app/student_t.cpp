@@ -33,4 +33,15 @@ double studentTwoSided(double t, double degrees) {
     return std::isfinite(t) ? incompleteBeta(degrees / 2, 0.5, degrees / (degrees + t * t)) : 0;
 }
 
+double studentQuantile(double probability, double degrees) {
+    double low = 0, high = 1;
+    while (studentTwoSided(high, degrees) > probability && high < 1e12)
+        high *= 2;
+    for (int i = 0; i < 80; ++i) {
+        const double middle = 0.5 * (low + high);
+        (studentTwoSided(middle, degrees) > probability ? low : high) = middle;
+    }
+    return high;
+}
+
 } // namespace cmpg

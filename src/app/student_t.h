@@ -5,5 +5,7 @@ namespace cmpg {
 
 // P(|T| >= |t|) with `degrees` > 0 degrees of freedom.
 double studentTwoSided(double t, double degrees);
+// The t >= 0 with P(|T| >= t) = `probability`, in (0,1).
+double studentQuantile(double probability, double degrees);
 
 } // namespace cmpg

@@ -125,6 +125,7 @@ void put(Writer& out, const GuideRecord& record) {
         out.put(name);
     put(out, record.figures);
     put(out, record.rouletteFigures);
+    put(out, record.imageFigures);
     out.put(record.reference);
 }
 
@@ -136,6 +137,7 @@ GuideRecord getRecord(Reader& in) {
         name = in.text();
     record.figures = getFigures(in);
     record.rouletteFigures = getFigures(in);
+    record.imageFigures = getFigures(in);
     record.reference = in.figure("the reference of the roulette");
     return record;
 }

@@ -13,8 +13,9 @@ namespace cmpg {
 struct GuideRecord {
     std::uint64_t geometry = 0;              // hash of the scene's triangles
     std::vector<std::string> parameters;     // names, in the order they were asked for
-    std::map<Sampling, SamplingFigures> figures; // without roulette
+    std::map<Sampling, SamplingFigures> figures; // of derivative passes without roulette
     std::map<Sampling, SamplingFigures> rouletteFigures;
+    std::map<Sampling, SamplingFigures> imageFigures; // of images
     double reference = 0; // expected derivative contribution of a path, per unit of mean |adjoint|: what roulette compares with
 };
 

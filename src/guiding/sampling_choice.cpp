@@ -11,6 +11,7 @@ constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in
 constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
 constexpr std::uint32_t kRounds = 2;        // every way is tried so often before one is chosen
 constexpr std::uint32_t kReconsider = 16;   // passes between two later trials
+constexpr double kHopeless = 4;             // a way whose score is so many times the best one's is not tried again
 
 } // namespace
 
@@ -44,9 +45,11 @@ SamplingWay SamplingChoice::next(std::uint32_t pass) const {
     const std::uint32_t count = std::uint32_t(ways_.size());
     if (pass < kRounds * count)
         return ways_[pass % count];
-    if (pass % kReconsider == 0)
-        return ways_[pass / kReconsider % count];
-    return best();
+    const SamplingWay chosen = best();
+    const std::size_t other = pass / kReconsider % count;
+    if (pass % kReconsider == 0 && score(other) < kHopeless * score(indexOf(chosen)))
+        return ways_[other];
+    return chosen;
 }
 
 void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath) {

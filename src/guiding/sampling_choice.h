@@ -28,8 +28,8 @@ class SamplingChoice {
   public:
     explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), figures_(ways_.size()) {}
 
-    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another, since
-    // the guide changes.
+    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
+    // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
     SamplingWay best() const; // of those that were measured; the first where none was
     void observe(const SamplingWay& way, double variance, double raysPerPath);

@@ -9,6 +9,9 @@ namespace cmpg {
 namespace {
 
 constexpr double kRecordBits = 24; // records have units of 2^-24 of a typical one, and 2^30 of room above it
+// A path whose expected contribution is this share of the average one goes on once. Below 1 there are more copies than deaths: what
+// follows a split is cheaper than a path from the camera (measured on two scenes: 1.4 and 1.6 times the efficiency of 1).
+constexpr double kRouletteEffort = 0.3;
 constexpr float kGuideShare = 0.5f; // of directions drawn from the guide; more compounds the weights of long paths
 
 SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
@@ -61,7 +64,7 @@ const gpu::GuideInfo& Guide::info(const FeatureSet::Pass& pass, const PassSampli
         info_.inverseExtent[c] = extent[c] > 0 ? 1 / extent[c] : 0;
     info_.kind = kindOf(pass, sampling.kind);
     info_.share = kGuideShare;
-    info_.reference = float(sampling.reference / spp); // adjoints on the device come divided by the samples
+    info_.reference = float(kRouletteEffort * sampling.reference / spp); // adjoints on the device come divided by the samples
     info_.sign = sampling.sign;
     return info_;
 }

@@ -67,6 +67,17 @@ struct GuidedPasses::Impl {
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
 
+    SamplingDecision decide(const SamplingChoice& choice) const {
+        SamplingDecision d;
+        const SamplingWay way = trained ? choice.best() : choice.ways()[0];
+        d.kind = way.kind;
+        d.roulette = trained && way.roulette;
+        for (std::size_t i = 0; i < choice.ways().size(); ++i)
+            if (choice.figures(i).passes > 0)
+                (choice.ways()[i].roulette ? d.rouletteFigures : d.figures)[choice.ways()[i].kind] = choice.figures(i);
+        return d;
+    }
+
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
         renderer.setSampling({way.kind, record, way.roulette, sign, reference * meanAdjoint});
     }
@@ -227,18 +238,8 @@ void GuidedPasses::endStep() {
     ++impl_->step;
 }
 
-SamplingDecision GuidedPasses::decision() const {
-    SamplingDecision d;
-    const SamplingWay way = impl_->trained ? impl_->derivatives.best() : impl_->derivatives.ways()[0];
-    d.kind = way.kind;
-    d.roulette = impl_->trained && way.roulette;
-    for (std::size_t i = 0; i < impl_->derivatives.ways().size(); ++i) {
-        const SamplingWay& w = impl_->derivatives.ways()[i];
-        if (impl_->derivatives.figures(i).passes > 0)
-            (w.roulette ? d.rouletteFigures : d.figures)[w.kind] = impl_->derivatives.figures(i);
-    }
-    return d;
-}
+SamplingDecision GuidedPasses::decision() const { return impl_->decide(impl_->derivatives); }
+SamplingDecision GuidedPasses::imageDecision() const { return impl_->decide(impl_->images); }
 
 double GuidedPasses::trainSeconds() const { return impl_->seconds; }
 
@@ -247,6 +248,7 @@ GuideRecord GuidedPasses::guideRecord() const {
     GuideRecord record;
     record.figures = d.figures;
     record.rouletteFigures = d.rouletteFigures;
+    record.imageFigures = imageDecision().figures;
     record.reference = impl_->reference;
     return record;
 }
@@ -256,6 +258,8 @@ void GuidedPasses::load(LoadedGuide guide) {
         impl_->derivatives.setFigures({kind, false}, f);
     for (const auto& [kind, f] : guide.record.rouletteFigures)
         impl_->derivatives.setFigures({kind, true}, f);
+    for (const auto& [kind, f] : guide.record.imageFigures)
+        impl_->images.setFigures({kind, false}, f);
     impl_->reference = guide.record.reference;
     impl_->renderer.setGuide(std::move(guide.tree));
     impl_->trained = true;

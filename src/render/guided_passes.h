@@ -14,7 +14,7 @@ struct GuidedOptions {
     bool roulette = true;                          // reverse mode, where it pays
 };
 
-// What was chosen and from what.
+// What was chosen for derivative passes, or for images, and from what.
 struct SamplingDecision {
     Sampling kind = Sampling::Bsdf; // never Auto
     bool roulette = false;
@@ -46,7 +46,8 @@ class GuidedPasses {
     void setLearning(bool on);
     void endStep();
 
-    SamplingDecision decision() const;
+    SamplingDecision decision() const;      // of derivative passes
+    SamplingDecision imageDecision() const; // of images
     double trainSeconds() const; // learning and rebuilding so far
 
     GuideRecord guideRecord() const; // to save with Renderer::guide()

@@ -37,8 +37,9 @@ RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name
 // The .hdr part of it: throws std::runtime_error if malformed, and calls `checkSize` (width, height) before allocating.
 RawImage decodeHdr(std::span<const std::uint8_t> file, const std::function<void(std::uint64_t, std::uint64_t)>& checkSize);
 
-// The bytes writeExr() puts into a file, and a PNG file of 8-bit texels. Throw Error(Output).
+// The bytes that writeExr() and writePng() put into a file, and a PNG file of 8-bit texels. Throw Error(Output).
 Bytes encodeExr(const Image& image);
+Bytes encodePng(const Image& image);
 Bytes encodePng(std::span<const std::uint8_t> pixels, int width, int height, int channels);
 
 // The 256 linear values of 8-bit sRGB codes.

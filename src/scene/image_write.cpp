@@ -85,7 +85,7 @@ void writeExrLayers(const std::filesystem::path& file, const std::vector<std::pa
     writeFile(file, encodePlanes(first.width, first.height, planes));
 }
 
-void writePng(const std::filesystem::path& file, const Image& image) {
+Bytes encodePng(const Image& image) {
     Bytes pixels(image.pixels() * 3);
     for (std::size_t p = 0; p < image.pixels(); ++p)
         for (std::size_t c = 0; c < 3; ++c) {
@@ -93,8 +93,10 @@ void writePng(const std::filesystem::path& file, const Image& image) {
             const float clamped = v > 0 ? std::min(v, 1.0f) : 0.0f; // NaN becomes 0
             pixels[p * 3 + c] = std::uint8_t(std::lround(srgbEncode(clamped) * 255.0f));
         }
-    writeFile(file, encodePng(pixels, image.width, image.height, 3));
+    return encodePng(pixels, image.width, image.height, 3);
 }
+
+void writePng(const std::filesystem::path& file, const Image& image) { writeFile(file, encodePng(image)); }
 
 Bytes encodePng(std::span<const std::uint8_t> pixels, int width, int height, int channels) {
     Bytes out;

@@ -1,0 +1,225 @@
+// compare: ways of sampling side by side, for derivative images, gradients and whole optimisations; a report in a folder.
+#include "app/commands.h"
+#include "app/compare_report.h"
+#include "app/error_plot.h"
+#include "app/interrupt.h"
+#include "app/optimize_options.h"
+#include "app/output.h"
+#include "base/log.h"
+#include "optimize/run_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <unistd.h>
+
+namespace cmpg {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One line on a terminal, overwritten; elsewhere a line every ten seconds.
+class StatusLine {
+  public:
+    explicit StatusLine(const Options& options) : shown_(!options.quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+    ~StatusLine() {
+        if (shown_ && terminal_)
+            std::cerr << "\r\033[K";
+    }
+    void operator()(const std::string& text) {
+        const double now = watch_.seconds();
+        if (!shown_ || now < next_)
+            return;
+        next_ = now + (terminal_ ? 0.2 : 10);
+        if (terminal_)
+            std::cerr << "\r\033[K" << text << std::flush;
+        else
+            std::cerr << text << '\n';
+    }
+
+  private:
+    bool shown_, terminal_;
+    Stopwatch watch_;
+    double next_ = 0;
+};
+
+CompareBudget budgetOf(const Options& options) {
+    CompareBudget budget;
+    if (options.time)
+        budget.seconds = double(*options.time);
+    // Variance, and variance of the variance, need some passes however long one takes.
+    budget.passes = options.seeds.value_or(options.time ? 4 : 16);
+    if (options.referenceTime)
+        budget.referenceSeconds = double(*options.referenceTime);
+    return budget;
+}
+
+// A given reference of one gradient: the image, or one image per parameter in a folder, as the gradient command writes them.
+Reference readReference(const CompareSubject& subject, CompareMode mode) {
+    const fs::path path = subject.options.reference;
+    const std::vector<double> zeros(mode == CompareMode::Forward ? std::size_t(3) * subject.view.width * subject.view.height
+                                                                 : subject.parameterEntries());
+    Reference reference;
+    for (const auto& [name, shape] : imagesOf(subject, mode, zeros)) {
+        const fs::path file = name.empty() ? path : path / (name + ".exr");
+        const Image image = readImage(file).image;
+        if (image.width != shape.width || image.height != shape.height)
+            throw Error(ExitCode::Input,
+                        "reference " + file.string() + " is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                            ", the derivative " + std::to_string(shape.width) + " x " + std::to_string(shape.height),
+                        "it was made for another parameter or image size", "make it with the gradient command and the same options");
+        for (std::size_t p = 0; p < image.pixels(); ++p)
+            for (int c = 0; c < shape.channels; ++c)
+                reference.values.push_back(double(image.values[p * image.channels + std::min(c, image.channels - 1)]));
+    }
+    return reference;
+}
+
+void readTruth(CompareSubject& subject) {
+    std::vector<double> values = readReference(subject, CompareMode::Optimize).values;
+    auto next = values.begin();
+    for (auto& truth : subject.truth) {
+        std::copy(next, next + std::ptrdiff_t(truth.size()), truth.begin());
+        next += std::ptrdiff_t(truth.size());
+    }
+}
+
+ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode mode, std::optional<Reference> given, Report& report) {
+    StatusLine status(subject.options);
+    std::vector<std::unique_ptr<MethodRenderer>> renderers;
+    std::vector<Contestant> contestants;
+    std::vector<MethodFacts> facts;
+    for (const CompareMethod& method : subject.methods) {
+        status("training " + method.name);
+        renderers.push_back(std::make_unique<MethodRenderer>(device, subject, method));
+        MethodRenderer& renderer = *renderers.back();
+        renderer.train(mode);
+        facts.push_back({renderer.trainSeconds(), describeDecision(method, renderer.decision())});
+        report.seconds.guide += renderer.trainSeconds();
+        contestants.push_back({method.name, [&renderer, mode](std::uint32_t index) { return renderer.pass(mode, index); }});
+    }
+    const std::size_t entries = mode == CompareMode::Forward ? std::size_t(3) * subject.view.width * subject.view.height
+                                                             : subject.parameterEntries();
+    const CompareBudget budget = budgetOf(subject.options);
+    const GradientComparison comparison = compareGradients(contestants, entries, budget, std::move(given), std::ref(status));
+    for (const GradientResult& result : comparison.results)
+        report.seconds.gradient += result.seconds;
+    report.seconds.gradient += comparison.reference.seconds;
+    for (const auto& renderer : renderers)
+        report.addStatistics(renderer->statistics());
+    if (!(comparison.reference.reference.squaredNorm() > 0))
+        logWarn("the derivative is zero, or the reference is mostly noise: figures relative to it are left out");
+    ComparePart part = gradientPart(subject, mode, comparison, facts);
+    part.table.push_back({{"mode", compareModeName(mode)},
+                          {"method", "reference"},
+                          {"made_by", comparison.reference.madeBy},
+                          {"passes", comparison.reference.passes},
+                          {"seconds", comparison.reference.seconds},
+                          {"relative_error", comparison.reference.reference.relativeError()}});
+    return part;
+}
+
+ComparePart compareOptimisation(Device& device, const CompareSubject& subject, Report& report) {
+    StatusLine status(subject.options);
+    OptimizeConfig config = optimizeConfig(subject.options);
+    constexpr std::uint32_t kGradientSpp = 4; // as the optimize command's
+    config.sppGradient = subject.options.sppGradient.value_or(kGradientSpp);
+    const OptimizeComparison comparison = compareOptimisations(device, subject, config, report, std::ref(status));
+    for (const OptimizeResult& result : comparison.results) {
+        report.seconds.gradient += result.seconds - result.trainSeconds;
+        report.seconds.guide += result.trainSeconds;
+    }
+    return optimizePart(subject, config, comparison);
+}
+
+void printTable(std::ostream& out, const nlohmann::ordered_json& table) {
+    const auto number = [](const nlohmann::ordered_json& row, const char* key) {
+        return row.contains(key) && row[key].is_number() ? row[key].get<double>() : std::nan("");
+    };
+    char line[240];
+    for (const auto& row : table) {
+        const std::string method = row["method"];
+        if (method == "reference")
+            std::snprintf(line, sizeof line, "%-9s reference: relative squared error %.3g, %.1f s\n", row["mode"].get<std::string>().c_str(),
+                          number(row, "relative_error"), number(row, "seconds"));
+        else if (row["mode"] == "optimize")
+            std::snprintf(line, sizeof line, "optimize  %-24s %6.0f steps %8.1f s   parameter MSE %10.4g   %7.2f x\n", method.c_str(),
+                          number(row, "steps"), number(row, "seconds"), number(row, "mse"), number(row, "ratio"));
+        else
+            std::snprintf(line, sizeof line, "%-9s %-24s %6.0f passes %7.1f s   rel. variance %9.3g   bias %+7.2f %% +- %.2f %%%s   %7.2f x\n",
+                          row["mode"].get<std::string>().c_str(), method.c_str(), number(row, "passes"), number(row, "seconds"),
+                          number(row, "relative_variance"), 100 * number(row, "bias"), 100 * number(row, "bias_95"),
+                          row["biased"].get<bool>() ? " BIASED" : "", number(row, "ratio"));
+        out << line;
+    }
+}
+
+void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& parts, const fs::path& folder, Report& report) {
+    std::string results = kResultColumns, curves = kCurveColumns;
+    auto& table = report.extra["table"] = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        // A folder each, where there are several.
+        const std::string mode = compareModeName(subject.modes[i]), prefix = parts.size() > 1 ? mode + "." : "";
+        const fs::path place = parts.size() > 1 ? folder / mode : folder;
+        requireWritableFolder(place);
+        for (const auto& [name, image] : parts[i].images) {
+            const fs::path file = place / (name + ".exr");
+            writeExr(file, image);
+            report.outputs.emplace_back(prefix + name, file.string());
+        }
+        const fs::path plot = place / "error_over_time.svg";
+        writeTextFile(plot, svgFile(parts[i].svg));
+        report.outputs.emplace_back(prefix + "plot", plot.string());
+        results += parts[i].resultRows;
+        curves += parts[i].curveRows;
+        for (const auto& row : parts[i].table)
+            table.push_back(row);
+    }
+    const std::pair<const char*, std::string> texts[] = {
+        {"results.csv", results},
+        {"error_over_time.csv", curves},
+        {"report.html", compareDocument(subject, report.device, toConfig(subject.options).dump(), parts)}};
+    for (const auto& [name, text] : texts) {
+        writeTextFile(folder / name, text);
+        report.outputs.emplace_back(fs::path(name).stem().string(), (folder / name).string());
+    }
+}
+
+} // namespace
+
+ExitCode runCompare(const Options& options, Report& report) {
+    const Stopwatch loading;
+    CompareSubject subject(options);
+    std::optional<Reference> given;
+    if (options.reference != "auto" && subject.modes.front() == CompareMode::Optimize)
+        readTruth(subject);
+    else if (options.reference != "auto")
+        given = readReference(subject, subject.modes.front());
+    const fs::path folder = options.output;
+    requireWritableFolder(folder);
+    Device device(Device::Options{.select = options.device});
+    report.width = subject.view.width;
+    report.height = subject.view.height;
+    report.seconds.load = loading.seconds();
+    report.addDevice(device);
+    printConfiguration(options);
+    writeRunJson(options, folder, report);
+
+    makePictures(device, subject, report);
+    std::vector<ComparePart> parts;
+    for (const CompareMode mode : subject.modes)
+        parts.push_back(mode == CompareMode::Optimize ? compareOptimisation(device, subject, report)
+                                                      : compareGradient(device, subject, mode, given, report));
+    report.addDevice(device);
+    writeParts(subject, parts, folder, report);
+    for (const auto& [kind, count] : report.dropped)
+        if (count > 0)
+            logWarn(std::to_string(count) + " contributions dropped: " + kind);
+    printTable(textOut(options), report.extra["table"]);
+    if (!options.quiet)
+        textOut(options) << "wrote " << (folder / "report.html").string() << '\n';
+    return ExitCode::Done;
+}
+
+} // namespace cmpg

@@ -1,0 +1,58 @@
+// Pictures of a comparison's report: signed derivatives at a common scale, values, the scene.
+#include "app/compare_pictures.h"
+
+#include "app/signed_colors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+float exposureOf(const Image& image) {
+    std::vector<float> values;
+    for (const float v : image.values)
+        if (std::isfinite(v))
+            values.push_back(v);
+    if (values.empty())
+        return 1;
+    const auto place = values.begin() + std::ptrdiff_t(0.95 * double(values.size() - 1));
+    std::nth_element(values.begin(), place, values.end());
+    return *place > 1 || (*place > 0 && *place < 0.5f) ? 1 / *place : 1;
+}
+
+} // namespace
+
+SignedFigures signedFigures(const std::vector<CaptionedImage>& images) {
+    constexpr int kLegendWidth = 256;
+    const double scale = signedScale(channelMean(images.front().image));
+    SignedFigures result;
+    for (const CaptionedImage& image : images)
+        result.figures.push_back({colorSigned(channelMean(image.image), scale), image.caption});
+    Canvas legend(kLegendWidth, kSignedLegendHeight);
+    drawSignedLegend(legend, 0, 0, kLegendWidth, scale);
+    result.legend = "<p class=\"legend\"><img alt=\"from " + shortNumber(-scale) + " (blue) to " + shortNumber(scale) +
+           " (orange)\" src=\"" + pngDataUri(legend.image()) + "\"></p>\n";
+    return result;
+}
+
+std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose) {
+    const float factor = expose ? exposureOf(images.front().image) : 1;
+    std::vector<HtmlFigure> figures;
+    for (const CaptionedImage& image : images) {
+        Image scaled = image.image;
+        for (float& v : scaled.values)
+            v = std::isfinite(v) ? std::clamp(v * factor, 0.f, 1.f) : 0.f;
+        figures.push_back({std::move(scaled), image.caption});
+    }
+    return figures;
+}
+
+Image difference(const Image& a, const Image& b) {
+    Image result = a;
+    for (std::size_t i = 0; i < result.values.size(); ++i)
+        result.values[i] -= b.values[i];
+    return result;
+}
+
+} // namespace cmpg

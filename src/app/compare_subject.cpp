@@ -1,0 +1,182 @@
+// What a comparison differentiates, and a renderer for each of its methods.
+#include "app/compare_subject.h"
+
+#include "app/parameter_values.h"
+#include "app/session.h"
+#include "app/targets.h"
+#include "base/error.h"
+#include "optimize/losses.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace cmpg {
+namespace {
+
+constexpr std::uint32_t kPicturePass = 7; // random numbers of pictures made for the report
+constexpr std::uint32_t kDiscarded = ~0u; // step of the pass thrown away
+
+constexpr std::pair<CompareMode, const char*> kModes[] = {
+    {CompareMode::Forward, "forward"}, {CompareMode::Reverse, "reverse"}, {CompareMode::Optimize, "optimize"}};
+
+Image readThreeChannels(const std::string& file) {
+    Image image = readImage(file).image;
+    if (image.channels == 3)
+        return image;
+    Image grey(image.width, image.height, 3);
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = image.values[i / 3 * image.channels];
+    return grey;
+}
+
+CompareMethod baseMethod(const Options& options) {
+    return {.name = {}, .options = {}, .lightSampling = !options.noLightSampling, .sampler = options.sampler};
+}
+
+} // namespace
+
+const char* compareModeName(CompareMode mode) {
+    for (const auto& [value, name] : kModes)
+        if (value == mode)
+            return name;
+    return "";
+}
+
+std::vector<CompareMode> parseModes(const std::string& list) {
+    std::vector<CompareMode> modes;
+    std::istringstream in(list + ",");
+    for (std::string part; std::getline(in, part, ',');) {
+        const auto* known = std::find_if(std::begin(kModes), std::end(kModes), [&](const auto& m) { return part == m.second; });
+        if (known == std::end(kModes))
+            throw Error(ExitCode::Usage, "--mode: there is no mode '" + part + "'", "", "modes are forward, reverse and optimize");
+        if (std::find(modes.begin(), modes.end(), known->first) == modes.end())
+            modes.push_back(known->first);
+    }
+    return modes;
+}
+
+CompareSubject::CompareSubject(const Options& o)
+    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, baseMethod(o))), scene(loadGltf(o.input)) {
+    if (has(CompareMode::Reverse) && o.adjoint.empty() && o.target.empty())
+        throw Error(ExitCode::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
+    if (has(CompareMode::Optimize) && o.target.empty())
+        throw Error(ExitCode::Usage, "--mode optimize needs --target");
+    if (modes.size() > 1 && o.reference != "auto")
+        throw Error(ExitCode::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
+
+    parameters = selectParameters(scene, o.param);
+    for (const std::uint32_t p : parameters) {
+        scene.parameters[p].materialise();
+        truth.push_back(scene.parameters[p].values);
+    }
+    scene = openScene(o); // again: with --set
+    for (const std::uint32_t p : parameters) {
+        scene.parameters[p].materialise();
+        if (has(CompareMode::Forward))
+            directions.push_back(directionOf(scene.parameters[p], o.direction));
+    }
+    std::string camera;
+    const Image* like = nullptr;
+    if (!o.target.empty()) {
+        CameraTarget chosen = loadCameraTarget(o, scene, o.target.front());
+        camera = chosen.camera;
+        target = std::move(chosen.target);
+        like = &target.image;
+    } else if (!o.adjoint.empty()) {
+        adjoint = readThreeChannels(o.adjoint);
+        like = &adjoint;
+    }
+    constexpr int kDefaultWidth = 256; // many passes of many methods
+    view = viewOf(o, scene, camera, like, kDefaultWidth);
+}
+
+bool CompareSubject::has(CompareMode mode) const { return std::find(modes.begin(), modes.end(), mode) != modes.end(); }
+
+std::size_t CompareSubject::parameterEntries() const {
+    std::size_t entries = 0;
+    for (const std::uint32_t p : parameters)
+        entries += scene.parameters[p].entries();
+    return entries;
+}
+
+RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
+    RenderConfig config;
+    config.differentiable = subject.parameters;
+    config.maxDepth = subject.options.maxDepth.value_or(subject.scene.maxDepth);
+    config.sampler = method.sampler;
+    config.lightSampling = method.lightSampling;
+    config.memoryBudget = subject.options.memory << 20;
+    config.guiding = method.needsGuide();
+    config.guideMemory = subject.options.guideMemory << 20;
+    config.guide.forgetting = double(subject.options.forgetting);
+    return config;
+}
+
+void makePictures(Device& device, CompareSubject& subject, Report& report) {
+    const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.target.image.values.empty();
+    constexpr std::uint32_t kPictureSpp = 64, kTrainSpp = 8, kTrainPasses = 8;
+    CompareMethod method = baseMethod(subject.options);
+    method.options.roulette = false;
+    Renderer renderer(device, subject.scene, renderConfig(subject, method));
+    renderer.prepare({Renderer::Mode::Render});
+    GuidedPasses passes(renderer, method.options);
+    const Stopwatch watch;
+    passes.trainRender(subject.view, kTrainSpp, kTrainPasses, subject.seed());
+    subject.picture = passes.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
+                                    {.seed = subject.seed(), .pass = kPicturePass});
+    report.seconds.primal += watch.seconds();
+    if (needsAdjoint)
+        subject.adjoint = evaluateLoss(subject.options.loss, subject.picture, subject.target.image, subject.target.mask).adjoint;
+    report.addStatistics(renderer.statistics());
+}
+
+MethodRenderer::MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method)
+    : subject_(subject), method_(method), renderer_(device, subject.scene, renderConfig(subject, method)),
+      passes_(renderer_, method.options) {}
+
+void MethodRenderer::train(CompareMode mode) {
+    renderer_.prepare({mode == CompareMode::Forward ? Renderer::Mode::Forward : Renderer::Mode::Reverse});
+    const std::uint32_t count = subject_.options.effectiveTrain(), spp = subject_.passSpp();
+    const Stopwatch watch;
+    if (method_.needsGuide() && count > 0) {
+        if (mode == CompareMode::Forward)
+            passes_.trainForward(subject_.view, spp, count, subject_.seed(), subject_.parameters, subject_.directions);
+        else
+            passes_.trainReverse(subject_.view, spp, count, subject_.seed(), subject_.adjoint);
+        trainSeconds_ += watch.seconds();
+    }
+    pass(mode, kDiscarded);
+}
+
+Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
+    const PassKey key{.seed = subject_.seed(), .step = index, .pass = 1};
+    const std::uint32_t spp = subject_.passSpp();
+    Pass pass;
+    const Stopwatch watch;
+    if (mode == CompareMode::Forward) {
+        const Image image = passes_.forward(subject_.view, spp, key, subject_.parameters, subject_.directions);
+        pass.seconds = watch.seconds();
+        pass.values.assign(image.values.begin(), image.values.end());
+        pass.paths = std::uint64_t(spp) * image.pixels();
+        return pass;
+    }
+    std::vector<std::vector<double>> gradients;
+    for (const std::uint32_t p : subject_.parameters)
+        gradients.emplace_back(subject_.scene.parameters[p].entries());
+    pass.paths = passes_.reverse(subject_.view, spp, key, subject_.adjoint, gradients);
+    pass.seconds = watch.seconds();
+    for (const auto& gradient : gradients)
+        pass.values.insert(pass.values.end(), gradient.begin(), gradient.end());
+    return pass;
+}
+
+std::string describeDecision(const CompareMethod& method, const SamplingDecision& decision) {
+    std::string text;
+    if (method.options.sampling == Sampling::Auto)
+        text = samplingName(decision.kind);
+    if (method.options.roulette)
+        text += std::string(text.empty() ? "" : ", ") + (decision.roulette ? "roulette" : "no roulette");
+    return text;
+}
+
+} // namespace cmpg

@@ -1,0 +1,131 @@
+// Errors over time, both axes logarithmic, as an SVG.
+#include "app/error_plot.h"
+
+#include "app/html.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace cmpg {
+namespace {
+
+constexpr double kWidth = 760, kHeight = 420, kLeft = 74, kRight = 560, kTop = 40, kBottom = 366;
+
+struct Axis {
+    double low, high; // of log10
+    double from, to;  // pixels
+    double place(double value) const { return from + (std::log10(value) - low) / (high - low) * (to - from); }
+};
+
+Axis axisOf(double smallest, double largest, double from, double to) {
+    double low = std::log10(smallest), high = std::log10(largest);
+    const double margin = std::max(0.04 * (high - low), 0.03);
+    low -= margin;
+    high += margin;
+    return {low, high, from, to};
+}
+
+// Powers of ten; 2 and 5 times them where they are few; all digits where not even those are there.
+std::vector<double> ticksOf(const Axis& axis) {
+    const int first = int(std::floor(axis.low)), last = int(std::ceil(axis.high));
+    const int stride = std::max(1, (last - first) / 6);
+    std::vector<double> ticks;
+    const double span = axis.high - axis.low;
+    for (int decade = first; decade <= last; decade += stride)
+        for (const int mantissa : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
+            const double tick = mantissa * std::pow(10.0, decade), place = std::log10(tick);
+            const bool wanted = mantissa == 1 || span < 0.7 || (span < 2.2 && (mantissa == 2 || mantissa == 5));
+            if (place >= axis.low && place <= axis.high && wanted)
+                ticks.push_back(tick);
+        }
+    return ticks;
+}
+
+std::string format(const char* text, auto... values) {
+    char buffer[400];
+    std::snprintf(buffer, sizeof buffer, text, values...);
+    return buffer;
+}
+
+bool shown(const std::pair<double, double>& point) {
+    return point.first > 0 && point.second > 0 && std::isfinite(point.first) && std::isfinite(point.second);
+}
+
+} // namespace
+
+std::string svgFile(std::string svg) {
+    constexpr std::size_t kTag = 4; // "<svg"
+    return svg.insert(kTag, " xmlns=\"http://www.w3.org/2000/svg\"");
+}
+
+std::string curveColor(std::size_t index) {
+    constexpr const char* kColors[] = {"#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"};
+    return kColors[index % std::size(kColors)];
+}
+
+std::string ErrorPlot::svg() const {
+    double x0 = HUGE_VAL, x1 = 0, y0 = HUGE_VAL, y1 = 0;
+    for (const ErrorCurve& curve : curves)
+        for (const auto& point : curve.points)
+            if (shown(point)) {
+                x0 = std::min(x0, point.first);
+                x1 = std::max(x1, point.first);
+                y0 = std::min(y0, point.second);
+                y1 = std::max(y1, point.second);
+            }
+    const bool hasFloor = floor && *floor > 0 && std::isfinite(*floor);
+    if (!(x1 > 0))
+        x0 = y0 = 0.1, x1 = y1 = 1; // nothing to show: empty axes
+    else if (hasFloor)
+        y0 = std::min(y0, std::max(*floor, y0 / 30)); // far below the curves it says nothing
+    const Axis across = axisOf(x0, x1, kLeft, kRight), up = axisOf(y0, y1, kBottom, kTop);
+
+    std::string svg = format("<svg viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
+                             "role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"white\"/>\n",
+                             kWidth, kHeight, kWidth, kHeight);
+    svg += format("<text x=\"%g\" y=\"22\" font-size=\"15\">", kLeft) + escapeHtml(title) + "</text>\n";
+    for (const double tick : ticksOf(up)) {
+        svg += format("<line x1=\"%g\" y1=\"%.1f\" x2=\"%g\" y2=\"%.1f\" stroke=\"#e2e2e2\"/>", kLeft, up.place(tick), kRight, up.place(tick));
+        svg += format("<text x=\"%g\" y=\"%.1f\" text-anchor=\"end\">%.3g</text>\n", kLeft - 6, up.place(tick) + 4, tick);
+    }
+    for (const double tick : ticksOf(across)) {
+        svg += format("<line x1=\"%.1f\" y1=\"%g\" x2=\"%.1f\" y2=\"%g\" stroke=\"#e2e2e2\"/>", across.place(tick), kTop, across.place(tick),
+                      kBottom);
+        svg += format("<text x=\"%.1f\" y=\"%g\" text-anchor=\"middle\">%.3g</text>\n", across.place(tick), kBottom + 17, tick);
+    }
+    svg += format("<rect x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" fill=\"none\" stroke=\"#444\"/>\n", kLeft, kTop, kRight - kLeft,
+                  kBottom - kTop);
+    svg += format("<text x=\"%g\" y=\"%g\" text-anchor=\"middle\">seconds</text>\n", (kLeft + kRight) / 2, kBottom + 38);
+    svg += format("<text transform=\"translate(16 %g) rotate(-90)\" text-anchor=\"middle\">", (kTop + kBottom) / 2) + escapeHtml(vertical) +
+           "</text>\n";
+    if (hasFloor && up.place(*floor) <= kBottom) {
+        svg += format("<line x1=\"%g\" y1=\"%.1f\" x2=\"%g\" y2=\"%.1f\" stroke=\"#777\" stroke-dasharray=\"5 4\"/>", kLeft, up.place(*floor),
+                      kRight, up.place(*floor));
+        svg += format("<text x=\"%g\" y=\"%.1f\" fill=\"#666\">", kLeft + 6, up.place(*floor) - 5) + escapeHtml(floorName) + "</text>\n";
+    }
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const std::string color = curveColor(i);
+        std::string path, marks;
+        std::size_t count = 0;
+        for (const auto& point : curves[i].points) {
+            if (!shown(point))
+                continue;
+            const double x = across.place(point.first), y = up.place(point.second);
+            path += format("%c%.1f %.1f", path.empty() ? 'M' : 'L', x, y);
+            marks += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>", x, y);
+            ++count;
+        }
+        if (!path.empty())
+            svg += "<path fill=\"none\" stroke-width=\"2\" stroke-linejoin=\"round\" stroke=\"" + color + "\" d=\"" + path + "\"/>\n";
+        constexpr std::size_t kMostMarks = 40; // a step each would be a sausage
+        if (count <= kMostMarks)
+            svg += "<g fill=\"" + color + "\">" + marks + "</g>\n";
+        const double y = kTop + 14 + 20 * double(i);
+        svg += format("<line x1=\"%g\" y1=\"%g\" x2=\"%g\" y2=\"%g\" stroke-width=\"3\" stroke=\"", kRight + 14, y, kRight + 34, y) + color +
+               format("\"/><text x=\"%g\" y=\"%g\">", kRight + 40, y + 4) + escapeHtml(curves[i].name) + "</text>\n";
+    }
+    return svg + "</svg>\n";
+}
+
+} // namespace cmpg

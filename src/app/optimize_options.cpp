@@ -1,0 +1,53 @@
+// The options of an optimisation as its configuration.
+#include "app/optimize_options.h"
+
+#include "base/error.h"
+
+#include <cstdlib>
+
+namespace cmpg {
+namespace {
+
+// "RATE" for all slots, "SLOT=RATE" for one; later ones win.
+SlotRates parseRates(const std::vector<std::string>& texts) {
+    SlotRates rates = OptimizerConfig{}.rates;
+    for (const std::string& text : texts) {
+        const std::size_t equals = text.find('=');
+        const std::string slot = equals == std::string::npos ? "" : text.substr(0, equals);
+        const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
+        char* end = nullptr;
+        const float rate = std::strtof(value.c_str(), &end);
+        if (value.empty() || *end != 0 || !(rate >= 0 && rate < 1e6f))
+            throw Error(ExitCode::Usage, "--rate takes RATE or SLOT=RATE with a rate from 0 to 1e6, not '" + text + "'");
+        bool known = slot.empty();
+        for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
+            if (slot.empty() || slot == slotName(SlotKind(kind))) {
+                rates[kind] = rate;
+                known = true;
+            }
+        if (!known)
+            throw Error(ExitCode::Usage, "--rate: there is no slot '" + slot + "'", "",
+                        "slots are baseColor, roughness, metallic, specular, emission, normal and radiance");
+    }
+    return rates;
+}
+
+} // namespace
+
+OptimizeConfig optimizeConfig(const Options& options) {
+    OptimizeConfig config;
+    config.steps = options.steps;
+    config.spp = options.effectiveSpp();
+    config.sppGradient = options.effectiveSppGradient();
+    config.seed = options.seed;
+    config.loss = options.loss;
+    config.optimizer.kind = options.optimizer;
+    config.optimizer.rates = parseRates(options.rate);
+    config.optimizer.schedule = options.schedule;
+    config.optimizer.finalFactor = options.finalRate;
+    config.totalVariation = double(options.totalVariation);
+    config.warmUp = options.warmUp;
+    return config;
+}
+
+} // namespace cmpg
