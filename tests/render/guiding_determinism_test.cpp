@@ -78,6 +78,22 @@ TEST(GuidedDeterminism, SameBitsOnPortableKernels) {
     expectSame(learn(1024 * kMegabyte), learn(1024 * kMegabyte, portable), "portable kernels");
 }
 
+// What is not ordered on the device may come out right for years: the validation layers look.
+TEST(GuidedDeterminism, KernelsWaitForEachOther) {
+    std::unique_ptr<Device> checked;
+    try {
+        checked = std::make_unique<Device>(Device::Options{.select = {}, .validation = true, .portable = false});
+    } catch (const Error& e) {
+        GTEST_SKIP() << e.what();
+    }
+    GuidedBench s("box", {"painting.baseColor"}, 8, guidedConfig(3), *checked);
+    const double reference = s.train(1, 8);
+    s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .sign = 1, .reference = reference});
+    EXPECT_NO_THROW(s.gradient(2, {1, 0, 1}));
+    EXPECT_NO_THROW(s.renderer->forward(s.view, 2, {1, 0, 1}, s.config.differentiable, s.directions));
+    EXPECT_NO_THROW(s.renderer->updateGuide());
+}
+
 // A guide of more nodes than the renderer has room for, as a file may hold.
 TEST(GuideMemory, TreesThatDoNotFit) {
     RenderConfig config = guidedConfig();
