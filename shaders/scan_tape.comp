@@ -83,12 +83,15 @@ Found gatherFound(uint child) {
 void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
     if (push.firstEntry != 0) return;
     const GuideVisit visit = visits[slot];
-    if (visit.leaf == kNone) return;
-    ADD_RECORD(leafSums[visit.leaf].primal, scattered, guide.primalScale)
+    if (visit.cell == kNone) return;
+    const bool directed = visit.leaf != kNone;
+    if (directed) ADD_RECORD(leafSums[visit.leaf].primal, scattered, guide.primalScale)
     ADD_RECORD(cellSums[visit.cell].reflected, reflected, guide.primalScale)
     if (kDerivatives) {
-        ADD_RECORD(leafSums[visit.leaf].plus, terms.drawn.plus, guide.derivativeScale)
-        ADD_RECORD(leafSums[visit.leaf].minus, terms.drawn.minus, guide.derivativeScale)
+        if (directed) {
+            ADD_RECORD(leafSums[visit.leaf].plus, terms.drawn.plus, guide.derivativeScale)
+            ADD_RECORD(leafSums[visit.leaf].minus, terms.drawn.minus, guide.derivativeScale)
+        }
         const vec3 all = terms.drawn.plus + terms.drawn.minus + terms.lit.plus + terms.lit.minus;
         ADD_RECORD(cellSums[visit.cell].derivative, all, guide.derivativeScale)
     }

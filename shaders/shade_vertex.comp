@@ -198,7 +198,7 @@ void main() {
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }
 
-    if (kRecord) visits[slot] = GuideVisit(leaf, g.cell);
+    if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
         nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);

@@ -24,11 +24,12 @@ struct GuidePoint {
     uint cell, root;
     vec3 weights; // of P, D+, D-
     float score; // of the whole sphere
+    bool guidable; // the material is not too smooth
     float share; // probability of drawing from the guide
 };
 
 GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
-    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, 0.0);
+    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, false, 0.0);
     if (!kGuideLookup) return g;
     g.cell = guideCellOf(position);
     const uint at = g.cell * kGuideCellTexels;
@@ -37,8 +38,8 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     g.weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), guide.sign);
     g.score = dot(g.weights, total);
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
-    const bool guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
-    if (kGuided && guidable && g.score > kMinGuideScore) g.share = guide.share;
+    g.guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
+    if (kGuided && g.guidable && g.score > kMinGuideScore) g.share = guide.share;
     return g;
 }
 

@@ -34,8 +34,8 @@ struct GuideCellSums {
 
 // What a vertex left for the backward scan: where its drawn direction ended.
 struct GuideVisit {
-    uint leaf; // node * 4 + quadrant; kNone: nothing was drawn
-    uint cell;
+    uint leaf; // node * 4 + quadrant; kNone: a material too smooth to be guided, whose light is nobody else's
+    uint cell; // kNone: nothing was drawn
 };
 
 // How a pass is guided.
