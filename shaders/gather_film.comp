@@ -41,6 +41,9 @@ void main() {
         sums.depth += l.depth;
         sums.albedo += l.albedo;
         sums.hit += l.hit;
+        sums.guided += l.guided;
+        sums.dead += l.dead;
+        sums.cell = l.cell;
     }
     layerFilm[pixel] = sums;
 }

@@ -52,6 +52,19 @@ uint allocateShadowRay(bool wanted) {
     return wanted ? first + subgroupBallotExclusiveBitCount(votes) : kNone;
 }
 
+// What the guide did at this bounce.
+void countGuided(GuidePoint g, bool guided, bool goesOn) {
+    const bool drawn = g.share > 0.0 && push.bounce + 1 < kMaxDepth;
+    const uint all = subgroupBallotBitCount(subgroupBallot(drawn)), fromGuide = subgroupBallotBitCount(subgroupBallot(guided));
+    const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !goesOn));
+    if (subgroupElect()) {
+        atomicAdd(counts[push.bounce].drawn, all);
+        atomicAdd(counts[push.bounce].guided, fromGuide);
+        atomicAdd(counts[push.bounce].dead, dead);
+    }
+    if (drawn) atomicAdd(counts[push.bounce].lightShare, uint(float(kShareUnits) * clamp(g.lightShare, 0.0, 1.0) + 0.5));
+}
+
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
 
 // Drops what is not a number, and says so in the statistics.
@@ -90,7 +103,7 @@ void shadeEscaped(uint slot, Ray ray) {
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, 0.0);
     }
     vertices[slot] = v;
-    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0);
+    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0);
 }
 
 // The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
@@ -159,8 +172,6 @@ void main() {
         tapeSurface(slot, p.material, p.uv0, p.uv1);
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, emissionWeight);
     }
-    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0);
-
     const bool last = push.bounce + 1 >= kMaxDepth;
     bool wantShadow = false, wantRay = false;
     LightSample light;
@@ -168,6 +179,7 @@ void main() {
     float pdf = 0.0;
     uint leaf = kNone;
     vec3 tangent = vec3(0); // A of the next vertex
+    bool guided = false;
     const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
         const uvec2 path = paths[ray.path];
@@ -180,7 +192,7 @@ void main() {
 
         // The drawn direction.
         SlotDerivatives d = noSlotDerivatives();
-        if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf)) {
+        if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf, guided)) {
             if (kDiffSurface && differentiated) {
                 v.weight = scatterDerivatives(p, value, wo, wi, d) / pdf;
                 scaleSlotDerivatives(d, vec3(1.0 / pdf));
@@ -198,6 +210,9 @@ void main() {
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }
 
+    if (kGuided) countGuided(g, guided, wantRay);
+    if (kLayers && push.bounce == 0)
+        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell));
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {

@@ -24,12 +24,13 @@ struct GuidePoint {
     uint cell, root;
     vec3 weights; // of P, D+, D-
     float score; // of the whole sphere
+    float lightShare; // of P in it
     bool guidable; // the material is not too smooth
     float share; // probability of drawing from the guide
 };
 
 GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
-    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, false, 0.0);
+    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, 0.0, false, 0.0);
     if (!kGuideLookup) return g;
     g.cell = guideCellOf(position);
     const uint at = g.cell * kGuideCellTexels;
@@ -37,6 +38,7 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     const vec3 total = uintBitsToFloat(guideCellTexel(at + 1).xyz);
     g.weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), guide.sign);
     g.score = dot(g.weights, total);
+    g.lightShare = g.weights.x * total.x / g.score;
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
     g.guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
     if (kGuided && g.guidable && g.score > kMinGuideScore) g.share = guide.share;
@@ -50,16 +52,19 @@ float mixtureDensity(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec3 w
     return mix(material, g.share > 0.0 ? guideDensity(g.root, g.weights, g.score, squareFromDirection(wi)) : 0.0, g.share);
 }
 
-// Draws wi with density `pdf`; u.w picks the technique. `leaf`: the quadrant wi lies in. False: nothing to go on with.
-bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf) {
+// Draws wi with density `pdf`; u.w picks the technique. `leaf`: the quadrant wi lies in; `guided`: the guide drew it. False: nothing to go
+// on with.
+bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf,
+                   out bool guided) {
     bool drawn = sampleBsdf(surface, normal, wo, u.xyz, wi);
     leaf = kNone;
+    guided = false;
     pdf = 0.0;
     if (!kGuideLookup) {
         if (drawn) pdf = bsdfPdf(surface, normal, wo, wi);
         return drawn && pdf > 0.0;
     }
-    const bool guided = kGuided && u.w < g.share;
+    guided = kGuided && u.w < g.share;
     const GuideWalk walk = guideWalk(g.root, g.weights, g.score, guided, guided ? u.xy : squareFromDirection(wi));
     leaf = walk.leaf;
     if (guided) {

@@ -20,6 +20,8 @@ struct LayerSample {
     float depth;
     vec3 albedo;
     float hit; // 1 when a surface was hit
+    float guided, dead; // 1 when its direction was drawn from the guide; and led nowhere
+    float cell; // of the guide; of a pixel: that of its last sample
 };
 
 CMPG_SHARED_END

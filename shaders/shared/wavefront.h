@@ -53,6 +53,8 @@ struct ShadowRay {
     uint slot; // vertex it belongs to
 };
 
+CMPG_CONST kShareUnits = 255;
+
 // How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
 // y above 65 535.
 struct QueueCounts {
@@ -61,6 +63,8 @@ struct QueueCounts {
     uint shadowRays;
     uint unfinished; // rays given up because they met too many records; anything but 0 deserves a warning
     uint overflow; // of bounce 0: copies found no place at some bounce, and the batch is void
+    uint drawn, guided, dead; // directions drawn where the guide knew something; from the guide; of these, those that led nowhere
+    uint lightShare; // sum over the drawn of the share of P in the mixture, in units of 1 / kShareUnits
     uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
     uvec3 arrivalGroups; // kernels that take one ray, or one vertex, an invocation: kVertexGroup a workgroup

@@ -60,13 +60,14 @@ Image adjointOfLoss(const Options& options, Report& report, Session& session, co
     return std::move(loss.adjoint);
 }
 
-void writeGradients(const Options& options, Report& report, const Session& session, const std::vector<std::vector<double>>& gradients) {
+void writeGradients(const Options& options, Report& report, Session& session, const std::vector<std::vector<double>>& gradients) {
     for (std::size_t i = 0; i < session.parameters.size(); ++i) {
         const Parameter& parameter = session.scene.parameters[session.parameters[i]];
         const bool single = session.parameters.size() == 1;
         const std::filesystem::path file = single ? std::filesystem::path(options.output)
                                                   : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
         writeExr(file, parameterImage(parameter, gradients[i]));
+        session.warnUnreached(session.parameters[i], std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));
         report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
     }
 }
@@ -179,6 +180,8 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
         session.finish();
     } else {
         const Image gradient = forward(options, report, session, view);
+        if (session.parameters.size() == 1)
+            session.warnUnreached(session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
         writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
         session.finish(&gradient);

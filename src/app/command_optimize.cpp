@@ -92,6 +92,9 @@ ExitCode runOptimize(const Options& options, Report& report) {
         if (step.dropped > 0)
             report.dropped["optimize.nonfinite"] += step.dropped;
         folder.appendStep(step);
+        if (step.step == 0)
+            for (std::size_t p = 0; p < session.parameters.size(); ++p)
+                session.warnUnreached(session.parameters[p], step.gradientNorm[p] > 0);
         if (!options.quiet)
             progress.update(step);
     };

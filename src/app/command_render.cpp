@@ -7,7 +7,7 @@
 namespace cmpg {
 namespace {
 
-void writeLayers(const std::string& file, const Layers& layers) {
+void writeLayers(const std::string& file, const Layers& layers, bool guided) {
     std::vector<std::pair<std::string, Image>> named;
     const auto add = [&](const Image& image, std::initializer_list<const char*> names) {
         int channel = 0;
@@ -23,6 +23,11 @@ void writeLayers(const std::string& file, const Layers& layers) {
     add(layers.depth, {"depth.Z"});
     add(layers.albedo, {"albedo.R", "albedo.G", "albedo.B"});
     add(layers.samples, {"samples.Y"});
+    if (guided) {
+        add(layers.guided, {"guided.Y"});
+        add(layers.dead, {"dead.Y"});
+        add(layers.cell, {"cell.Y"});
+    }
     writeExrLayers(file, named);
 }
 
@@ -47,7 +52,7 @@ ExitCode runRender(const Options& options, Report& report) {
     writeExr(options.output, image);
     report.outputs.emplace_back("image", options.output);
     if (!options.layers.empty()) {
-        writeLayers(options.layers, layers);
+        writeLayers(options.layers, layers, usesGuide(options));
         report.outputs.emplace_back("layers", options.layers);
     }
     guided.finish();

@@ -38,6 +38,13 @@ void Report::addStatistics(const RenderStatistics& statistics) {
     rays += statistics.rays;
     for (const auto& [kind, count] : statistics.dropped)
         dropped[kind] += count;
+    if (statistics.guided.empty())
+        return;
+    auto& depths = extra["guided_by_depth"] = nlohmann::ordered_json::array();
+    for (const GuidedDepth& d : statistics.guided) {
+        const double drawn = double(std::max<std::uint64_t>(1, d.drawn)), guided = double(std::max<std::uint64_t>(1, d.guided));
+        depths.push_back({{"directions", d.drawn}, {"guided", double(d.guided) / drawn}, {"dead", double(d.dead) / guided}, {"light_share", d.lightShare / drawn}});
+    }
 }
 
 nlohmann::ordered_json Report::toJson() const {

@@ -93,6 +93,12 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
         writeRunJson(effective, folder, report_);
 }
 
+void Session::warnUnreached(std::uint32_t parameter, bool anyGradient) {
+    if (!anyGradient)
+        logWarn("no path reached " + scene.parameters[parameter].name + ": its gradient is zero. The camera does not see it, nor what it lights, " +
+                "within the depth and the samples of this pass");
+}
+
 void Session::finish(const Image* result) {
     report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);

@@ -26,6 +26,8 @@ class Session {
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
     Renderer& renderer() { return *renderer_; } // after prepare()
     const MemoryUse& deviceMemory() const { return device_->memory(); }
+    // Warns where the gradient of a parameter (by index into the scene's) is nothing but zeros.
+    void warnUnreached(std::uint32_t parameter, bool anyGradient);
     // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the
     // contributions was lost, or `result` holds values that are not finite.
     void finish(const Image* result = nullptr);

@@ -277,6 +277,14 @@ struct Renderer::Impl {
             statistics.rays += rays;
             measure.rays += rays;
             statistics.dropped["unfinished rays"] += c.unfinished;
+            if (c.drawn == 0)
+                continue;
+            statistics.guided.resize(config.maxDepth);
+            GuidedDepth& depth = statistics.guided[std::size_t(&c - counts.data())];
+            depth.drawn += c.drawn;
+            depth.guided += c.guided;
+            depth.dead += c.dead;
+            depth.lightShare += double(c.lightShare) / gpu::kShareUnits;
         }
     }
 
@@ -300,7 +308,8 @@ struct Renderer::Impl {
         double variance = 0; // of the pixels' means, summed
         if (layers)
             *layers = {Image(view.width, view.height, 3), Image(view.width, view.height, 1), Image(view.width, view.height, 3),
-                       Image(view.width, view.height, 1, float(spp))};
+                       Image(view.width, view.height, 1, float(spp)), Image(view.width, view.height, 1), Image(view.width, view.height, 1),
+                       Image(view.width, view.height, 1)};
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
             const glm::dvec3 mean = (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(spp);
             for (int c = 0; c < 3; ++c)
@@ -314,6 +323,9 @@ struct Renderer::Impl {
                 layers->albedo.values[3 * pixel + c] = l.albedo[c] / hits;
             }
             layers->depth.values[pixel] = l.depth / hits;
+            layers->guided.values[pixel] = l.guided / hits;
+            layers->dead.values[pixel] = l.dead / hits;
+            layers->cell.values[pixel] = l.cell;
         });
         measure.variance = variance;
         return result;

@@ -60,9 +60,17 @@ struct View {
 // First-hit features of the camera rays, averaged over the samples.
 struct Layers {
     Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
+    Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
+};
+
+// What the guide did at one depth, summed over passes.
+struct GuidedDepth {
+    std::uint64_t drawn = 0, guided = 0, dead = 0; // directions drawn where it knew something; from it; of these, those that led nowhere
+    double lightShare = 0;                         // sum over the drawn of the share of P in the mixture; D has the rest
 };
 
 struct RenderStatistics {
+    std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
     std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
 };
