@@ -20,6 +20,7 @@ class Run {
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
           passes_(renderer_, method.options), model_(renderer_, passes_, {subject.view}, subject.options.freeze) {
         renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
+        passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.needsGuide());
         passes_.setLearning(method.needsGuide());
         config.targets = {subject.target};
         optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);

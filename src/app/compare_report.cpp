@@ -38,7 +38,7 @@ HtmlTable gradientTable(const CompareSubject& subject, const GradientComparison&
                      {"spp", "Samples per pixel of all passes together"},
                      {"seconds", "Of all passes"},
                      {"training", "Seconds of learning before the passes; not part of anything else here"},
-                     {"MSE", "Mean squared error of the average of all passes against the reference"},
+                     {"MSE", "Mean squared error of the average of all passes against the reference, less the expected error of the reference itself"},
                      {"rel. variance", "Of one pass: summed over all entries, over the squared length of the gradient"},
                      {"bias", "Along the reference, with the 95 % interval"},
                      {"efficiency", "1 / (relative variance x seconds of a pass): twice as much is the same error in half the time"},

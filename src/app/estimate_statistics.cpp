@@ -204,7 +204,7 @@ double squaredDistance(std::span<const double> a, std::span<const double> b) {
 }
 
 double meanSquaredError(std::span<const double> estimate, const Reference& reference) {
-    return squaredDistance(estimate, reference.values) / double(estimate.size());
+    return (squaredDistance(estimate, reference.values) - reference.variance) / double(estimate.size());
 }
 
 Bias biasOf(const EstimateStatistics& statistics, const Reference& reference) {

@@ -55,7 +55,9 @@ struct Reference {
 Reference referenceOf(const EstimateStatistics& statistics);
 
 double squaredDistance(std::span<const double> a, std::span<const double> b);
-double meanSquaredError(std::span<const double> estimate, const Reference& reference); // over the entries; the reference's own error is in it
+// Over the entries, against the truth: what the reference's own error adds is taken off. Unbiased, so it may come out negative where the
+// reference is no better than the estimate.
+double meanSquaredError(std::span<const double> estimate, const Reference& reference);
 
 struct Bias {
     // Along the reference: <mean - reference, reference> / |reference|^2; 0.01: one percent too large as a whole. `interval` is half

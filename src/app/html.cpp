@@ -25,7 +25,7 @@ th, td { padding: 6px 12px 6px 0; text-align: right; vertical-align: top; white-
 th { border-bottom: 2px solid #444; font-weight: 600; }
 th[title] { cursor: help; }
 td { border-bottom: 1px solid #e6e9ed; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child, .names th:nth-child(-n+3), .names td:nth-child(-n+3) { text-align: left; }
 td small, td .how { color: #66707b; }
 td .how { display: block; max-width: 28ch; white-space: normal; font-size: 12px; line-height: 1.35; }
 .swatch { display: inline-block; width: 11px; height: 11px; border-radius: 2px; margin-right: 7px; }

@@ -139,6 +139,13 @@ struct GuidedPasses::Impl {
 GuidedPasses::GuidedPasses(Renderer& renderer, const GuidedOptions& options) : impl_(std::make_unique<Impl>(renderer, options)) {}
 GuidedPasses::~GuidedPasses() = default;
 
+void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool learning) {
+    for (const Renderer::Mode mode : modes)
+        for (const SamplingWay& way : (mode == Renderer::Mode::Render ? impl_->images : impl_->derivatives).ways())
+            if (!way.roulette || mode == Renderer::Mode::Reverse)
+                impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette});
+}
+
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed) {
     const Timer timer(impl_->seconds);
     for (std::uint32_t i = 0; i < passes; ++i)

@@ -27,6 +27,9 @@ class GuidedPasses {
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 
+    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; with or without recording.
+    void prepare(std::initializer_list<Renderer::Mode> modes, bool learning);
+
     // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
     // any result. For auto and the roulette gate they measure variance and rays of each kind.
     void trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed);

@@ -102,6 +102,16 @@ TEST(EstimateStatistics, KeepsFewBatchesOfEqualSize) {
     }
 }
 
+// The error against a noisy reference is that against the truth.
+TEST(EstimateStatistics, ErrorsLeaveTheReferencesOwnOut) {
+    std::mt19937_64 random(7);
+    double sum = 0;
+    constexpr int kRuns = 100;
+    for (int run = 0; run < kRuns; ++run)
+        sum += meanSquaredError(Toy{.noise = 1}.run(10, random).mean(), referenceOf(Toy{.noise = 1}.run(20, random))) / kRuns;
+    EXPECT_NEAR(sum, 0.1, 0.004); // 100 x 200 entries: known to 1 %, and as much from the reference; three of them
+}
+
 // 95 % intervals along the reference leave the truth out once in twenty, whether or not the reference has an error of its own.
 TEST(Bias, IntervalsCoverAsTheySay) {
     std::mt19937_64 random(4);
