@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
 #include "scene/features.glsl"
 #include "scene/buffers.glsl"
 #include "shared/film.h"
@@ -57,12 +58,13 @@ void countGuided(GuidePoint g, bool guided, bool goesOn) {
     const bool drawn = g.share > 0.0 && push.bounce + 1 < kMaxDepth;
     const uint all = subgroupBallotBitCount(subgroupBallot(drawn)), fromGuide = subgroupBallotBitCount(subgroupBallot(guided));
     const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !goesOn));
+    const uint light = subgroupAdd(drawn ? uint(float(kShareUnits) * clamp(g.lightShare, 0.0, 1.0) + 0.5) : 0u);
     if (subgroupElect()) {
         atomicAdd(counts[push.bounce].drawn, all);
         atomicAdd(counts[push.bounce].guided, fromGuide);
         atomicAdd(counts[push.bounce].dead, dead);
+        atomicAdd(counts[push.bounce].lightShare, light);
     }
-    if (drawn) atomicAdd(counts[push.bounce].lightShare, uint(float(kShareUnits) * clamp(g.lightShare, 0.0, 1.0) + 0.5));
 }
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }

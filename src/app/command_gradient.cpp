@@ -30,6 +30,7 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     const std::uint32_t spp = options.effectiveSppGradient();
     GuidedSession guided(options, report, session);
     guided.train([&](std::uint32_t passes) { guided.passes().trainForward(view, spp, passes, options.seed, session.parameters, directions); });
+    guided.passes().prepareNext(Renderer::Mode::Forward);
     const Stopwatch watch;
     Image gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions);
     report.seconds.gradient += watch.seconds();
@@ -103,6 +104,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         report.spp = spp;
     GuidedSession guided(options, report, session);
     guided.train([&](std::uint32_t passes) { guided.passes().trainReverse(view, spp, passes, options.seed, adjoint); });
+    guided.passes().prepareNext(Renderer::Mode::Reverse);
     const Stopwatch watch;
     std::vector<std::vector<double>> gradients;
     for (std::uint32_t p : session.parameters)

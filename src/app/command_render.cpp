@@ -43,6 +43,7 @@ ExitCode runRender(const Options& options, Report& report) {
 
     GuidedSession guided(options, report, session);
     guided.train([&](std::uint32_t passes) { guided.passes().trainRender(view, options.effectiveSpp(), passes, options.seed); });
+    guided.passes().prepareNext(Renderer::Mode::Render, !options.layers.empty());
     const Stopwatch watch;
     Layers layers;
     const Image image =

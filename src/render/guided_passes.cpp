@@ -53,7 +53,7 @@ struct GuidedPasses::Impl {
     SamplingChoice images, derivatives; // ways of primal passes, and of derivative passes in either mode
     bool trained = false;               // by passes of this run or of the one that saved the guide
     double reference = 0;               // of the roulette, for a mean |adjoint| of 1
-    bool learning = false;
+    bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
     std::uint32_t step = 0;
     double seconds = 0;
 
@@ -79,7 +79,12 @@ struct GuidedPasses::Impl {
     }
 
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
-        renderer.setSampling({way.kind, record, way.roulette, sign, reference * meanAdjoint});
+        renderer.setSampling({.kind = way.kind,
+                              .record = record,
+                              .measure = gating,
+                              .roulette = way.roulette,
+                              .sign = sign,
+                              .reference = reference * meanAdjoint});
     }
 
     // Records and measures one derivative pass of either mode, then rebuilds.
@@ -119,10 +124,12 @@ struct GuidedPasses::Impl {
         }();
         std::vector<std::vector<double>> ignored;
         PassMeasure measured[2];
+        gating = true;
         for (const bool roulette : {false, true}) {
             reverse(view, spp, {seed, 0, kGatePass}, adjoint, {kind, roulette}, 0, ignored);
             measured[roulette] = renderer.lastPass();
         }
+        gating = false;
         if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
         // In the units of the learning passes, which ran without either.
@@ -143,7 +150,13 @@ void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool lea
     for (const Renderer::Mode mode : modes)
         for (const SamplingWay& way : (mode == Renderer::Mode::Render ? impl_->images : impl_->derivatives).ways())
             if (!way.roulette || mode == Renderer::Mode::Reverse)
-                impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette});
+                impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette}, false, true);
+}
+
+void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
+    const bool image = mode == Renderer::Mode::Render;
+    const SamplingWay way = image ? impl_->imageWay() : impl_->derivativeWay();
+    impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = impl_->options.positivize && !image}, layers);
 }
 
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed) {

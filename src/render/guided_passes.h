@@ -29,6 +29,8 @@ class GuidedPasses {
 
     // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; with or without recording.
     void prepare(std::initializer_list<Renderer::Mode> modes, bool learning);
+    // The same for the next pass of a mode alone, as it is decided now.
+    void prepareNext(Renderer::Mode mode, bool layers = false);
 
     // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
     // any result. For auto and the roulette gate they measure variance and rays of each kind.

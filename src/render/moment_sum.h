@@ -4,7 +4,7 @@
 #include "shared/wavefront.h"
 
 #include <algorithm>
-#include <vector>
+#include <array>
 
 namespace cmpg {
 
@@ -25,11 +25,13 @@ class MomentSum {
         squares_ += glm::dot(own, own);
         if (m.entry == gpu::kNone)
             return;
-        const auto found = std::find_if(sums_.begin(), sums_.end(), [&](const EntrySum& e) { return e.entry == m.entry; });
-        if (found != sums_.end())
-            found->sum += own;
-        else
-            sums_.push_back({m.entry, own});
+        for (std::size_t i = 0; i < entries_; ++i)
+            if (sums_[i].entry == m.entry) {
+                sums_[i].sum += own;
+                return;
+            }
+        if (entries_ < kMostEntries) // beyond, a pixel sees so many that its samples agree on little
+            sums_[entries_++] = {m.entry, own};
     }
 
     // Sum over the gradient's entries of the variance, for the samples so far.
@@ -52,19 +54,21 @@ class MomentSum {
             singleSquares_ += squares_;
         if (samples_ > 1) {
             double products = -squares_; // of pairs of different samples with the same entry
-            for (const EntrySum& e : sums_)
-                products += glm::dot(e.sum, e.sum);
+            for (std::size_t i = 0; i < entries_; ++i)
+                products += glm::dot(sums_[i].sum, sums_[i].sum);
             pairedSquares_ += squares_;
             pairedVariance_ += squares_ - products / double(samples_ - 1);
         }
         samples_ = 0;
         squares_ = 0;
-        sums_.clear();
+        entries_ = 0;
     }
 
     std::size_t pixel_ = ~std::size_t(0), samples_ = 0;
     double squares_ = 0;
-    std::vector<EntrySum> sums_;
+    static constexpr std::size_t kMostEntries = 16;
+    std::array<EntrySum, kMostEntries> sums_;
+    std::size_t entries_ = 0;
     double below_ = 0, reference_ = 0, pairedSquares_ = 0, pairedVariance_ = 0, singleSquares_ = 0;
 };
 

@@ -94,8 +94,11 @@ struct Renderer::Impl {
             guide.emplace(device, scene, config);
     }
 
+    // Whether the guide has anything to draw from.
+    bool learned() const { return guide && !guide->tree.empty(); }
+
     // The kernels a pass needs.
-    FeatureSet::Pass kernelsOf(std::uint32_t mode, bool layers, const PassSampling& s) const {
+    FeatureSet::Pass kernelsOf(std::uint32_t mode, bool layers, const PassSampling& s, bool guideLearned) const {
         FeatureSet::Pass pass;
         pass.mode = mode;
         pass.sobol = config.sampler == Sampler::Sobol;
@@ -106,9 +109,9 @@ struct Renderer::Impl {
         if (!guide)
             return pass;
         pass.record = s.record;
-        pass.guided = s.kind != Sampling::Bsdf && !guide->tree.empty();
-        pass.roulette = s.roulette && mode == kModeReverse && s.reference > 0 && !guide->tree.empty();
-        pass.measure = mode == kModeReverse;
+        pass.guided = s.kind != Sampling::Bsdf && guideLearned;
+        pass.roulette = s.roulette && mode == kModeReverse && guideLearned;
+        pass.measure = (s.measure || s.record) && mode == kModeReverse;
         pass.oneSign = s.sign != 0 && mode != kModeRender;
         return pass;
     }
@@ -180,7 +183,7 @@ struct Renderer::Impl {
     // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
-        const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling);
+        const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling, learned());
         Wavefront& w = wavefront(pass);
         if (guide)
             pools->guideInfo.upload(std::as_bytes(std::span(&guide->info(pass, in.sampling, in.spp), 1)));
@@ -374,11 +377,11 @@ void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
         impl_->needs.modes |= 1u << std::uint32_t(m);
     impl_->pools.reset();
     for (const Mode m : modes)
-        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m == Mode::Render, {}));
+        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m == Mode::Render, {}, false));
 }
 
-void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers) {
-    impl_->wavefront(impl_->kernelsOf(std::uint32_t(mode), layers, sampling));
+void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
+    impl_->wavefront(impl_->kernelsOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
 }
 
 void Renderer::setSampling(const PassSampling& sampling) { impl_->sampling = sampling; }
@@ -402,7 +405,7 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                         std::span<const std::vector<float>> directions) {
     Impl& r = *impl_;
-    r.wavefront(r.kernelsOf(kModeForward, false, r.sampling));
+    r.wavefront(r.kernelsOf(kModeForward, false, r.sampling, r.learned()));
     std::vector<float> direction(r.buffers.gradientEntries(), 0.0f);
     for (std::size_t i = 0; i < parameters.size(); ++i) {
         const auto found = std::find(r.config.differentiable.begin(), r.config.differentiable.end(), parameters[i]);

@@ -32,7 +32,8 @@ struct RenderConfig {
 // How the passes that follow draw directions, and what they leave behind. All but the defaults need RenderConfig::guiding.
 struct PassSampling {
     Sampling kind = Sampling::Bsdf; // not Auto
-    bool record = false;            // leave records for updateGuide()
+    bool record = false;            // leave records for updateGuide(); measure too
+    bool measure = false;           // reverse mode: estimate PassMeasure::variance
     bool roulette = false;          // reverse mode: roulette and splitting by derivative-to-go
     int sign = 0;                   // positivization: only derivative terms of this sign
     double reference = 0;           // roulette: PassMeasure::reference of an earlier pass with this adjoint
@@ -85,8 +86,8 @@ class Renderer {
     // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
     void prepare(std::initializer_list<Mode> modes, bool layers = false);
 
-    // The same for the kernels of passes drawn like this.
-    void prepare(Mode mode, const PassSampling& sampling, bool layers = false);
+    // The same for the kernels of passes drawn like this, with the guide as it is or, `learned`, once it knows something.
+    void prepare(Mode mode, const PassSampling& sampling, bool layers = false, bool learned = false);
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);

@@ -64,9 +64,9 @@ TEST(PassMeasure, PredictsTheVarianceOverSeeds) {
     config.sampler = Sampler::Independent;
     GuidedBench s("box", {"left.baseColor"}, 12, config);
     const double reference = s.train(3, 16);
-    for (const PassSampling& sampling : {PassSampling{}, PassSampling{.kind = Sampling::Conditional}, PassSampling{.kind = Sampling::Primal, .record = true},
-                                         PassSampling{.kind = Sampling::Conditional, .roulette = true, .reference = reference},
-                                         PassSampling{.roulette = true, .reference = 0.1 * reference}}) {
+    for (const PassSampling& sampling : {PassSampling{.measure = true}, PassSampling{.kind = Sampling::Conditional, .measure = true}, PassSampling{.kind = Sampling::Primal, .record = true},
+                                         PassSampling{.kind = Sampling::Conditional, .measure = true, .roulette = true, .reference = reference},
+                                         PassSampling{.measure = true, .roulette = true, .reference = 0.1 * reference}}) {
         s.renderer->setSampling(sampling);
         std::vector<double> variances;
         std::vector<std::vector<double>> channels(3);
