@@ -11,4 +11,7 @@ void traversal();
 // Image, derivative pass and whole optimisation step; `scenes`: the folder of the bundled scenes.
 void step(const std::string& scenes);
 
+// Guided passes against unguided ones, and the rebuild of the guide against a step.
+void guiding(const std::string& scenes);
+
 } // namespace cmpg::bench

@@ -4,22 +4,13 @@
 #include "optimize/optimize.h"
 #include "optimize/renderer_model.h"
 
-#include <algorithm>
-#include <chrono>
+#include "timing.h"
+
 #include <cstdio>
 
 namespace cmpg::bench {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds(Clock::time_point since) { return std::chrono::duration<double>(Clock::now() - since).count(); }
-
-double median(std::vector<double> v) {
-    std::sort(v.begin(), v.end());
-    return v[v.size() / 2];
-}
 
 double kernelSeconds(const Device& device) {
     double sum = 0;
@@ -63,7 +54,8 @@ void step(const std::string& scenes) {
         Target target;
         target.image = Image(kSize, kSize, 3, 0.5f);
         optimize.targets.push_back(target);
-        RendererModel model(renderer, {view});
+        GuidedPasses passes(renderer, {.sampling = Sampling::Bsdf, .roulette = false});
+        RendererModel model(renderer, passes, {view});
         Optimization optimization(model, scene, optimize, config.differentiable);
         std::vector<double> outside;
         for (int i = 0; i < kRepeats; ++i) {

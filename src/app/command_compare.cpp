@@ -1,5 +1,6 @@
 // compare: ways of sampling side by side, for derivative images, gradients and whole optimisations; a report in a folder.
 #include "app/commands.h"
+#include "app/compare_pictures.h"
 #include "app/compare_report.h"
 #include "app/error_plot.h"
 #include "app/interrupt.h"
@@ -167,6 +168,12 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
             const fs::path file = place / (name + ".exr");
             writeExr(file, image);
             report.outputs.emplace_back(prefix + name, file.string());
+        }
+        // One picture of all, where there is one parameter: files that end in a parameter's name belong to several.
+        if (parts[i].images.size() == parts[i].table.size() && subject.modes[i] != CompareMode::Optimize) {
+            const fs::path strip = place / "estimates.png";
+            writePng(strip, signedStrip(parts[i].images));
+            report.outputs.emplace_back(prefix + "estimates", strip.string());
         }
         const fs::path plot = place / "error_over_time.svg";
         writeTextFile(plot, svgFile(parts[i].svg));

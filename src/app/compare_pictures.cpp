@@ -36,6 +36,21 @@ SignedFigures signedFigures(const std::vector<CaptionedImage>& images) {
     return result;
 }
 
+Image signedStrip(const std::vector<std::pair<std::string, Image>>& images) {
+    constexpr int kEdge = 256, kGap = 8, kZoom = 2;
+    const double scale = signedScale(channelMean(images.front().second));
+    const int label = Canvas::textHeight(kZoom) + kGap;
+    const int count = int(images.size());
+    Canvas canvas(count * (kEdge + kGap) + kGap, kGap + label + kEdge + kGap + kSignedLegendHeight + kGap);
+    for (int i = 0; i < count; ++i) {
+        const int x = kGap + i * (kEdge + kGap);
+        canvas.text(x, kGap, images[std::size_t(i)].first, kBlack, kZoom);
+        canvas.picture(x, kGap + label, kEdge, kEdge, colorSigned(channelMean(images[std::size_t(i)].second), scale));
+    }
+    drawSignedLegend(canvas, kGap, 2 * kGap + label + kEdge, kEdge, scale);
+    return canvas.image();
+}
+
 std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose) {
     const float factor = expose ? exposureOf(images.front().image) : 1;
     std::vector<HtmlFigure> figures;

@@ -22,6 +22,8 @@ struct SignedFigures {
 };
 // All at the scale of the first.
 SignedFigures signedFigures(const std::vector<CaptionedImage>& images);
+// The same in one picture, side by side, each under its plain name, with the legend.
+Image signedStrip(const std::vector<std::pair<std::string, Image>>& images);
 // Linear values, clamped to [0,1]. `expose`: one factor for all brings the first's 95th percentile to white where it is far from it.
 std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose);
 Image difference(const Image& a, const Image& b);

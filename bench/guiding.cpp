@@ -1,0 +1,109 @@
+// What guiding costs: passes drawn from a guide against unguided ones, and the rebuild on the host as a share of a step.
+#include "bench.h"
+
+#include "render/renderer.h"
+#include "timing.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace cmpg::bench {
+
+namespace {
+
+constexpr std::uint32_t kSpp = 4;
+
+struct Subject {
+    Device device{Device::Options{}};
+    Scene scene;
+    Renderer renderer;
+    View view;
+    Image adjoint;
+
+    Subject(const std::string& file, const std::string& parameter, int size, const SdTreeConfig& tree)
+        : scene(loadGltf(file)), renderer(device, scene, config(parameter, tree)), view{&scene.cameras.front(), size, size},
+          adjoint(size, size, 3, 1e-5f) {}
+
+    RenderConfig config(const std::string& parameter, const SdTreeConfig& tree) {
+        RenderConfig c;
+        c.differentiable = {scene.parameter(parameter)};
+        c.maxDepth = scene.maxDepth;
+        c.guiding = true;
+        c.guide = tree;
+        c.guideMemory = std::uint64_t(256) << 20;
+        return c;
+    }
+    double reverse(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
+        renderer.setSampling(sampling);
+        std::vector<std::vector<double>> gradients;
+        const auto start = Clock::now();
+        renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients);
+        return seconds(start);
+    }
+    double render(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
+        renderer.setSampling(sampling);
+        const auto start = Clock::now();
+        renderer.render(view, spp, {1, step, 0});
+        return seconds(start);
+    }
+};
+
+void passes(const char* name, const std::string& file, const std::string& parameter) {
+    constexpr int kSize = 256, kRepeats = 7, kTrain = 8;
+    Subject s(file, parameter, kSize, {});
+    for (std::uint32_t i = 0; i < kTrain; ++i) {
+        s.reverse({.kind = Sampling::Conditional, .record = true}, kSpp, i);
+        s.renderer.updateGuide();
+    }
+    const PassSampling ways[] = {{}, {.kind = Sampling::Conditional}, {.kind = Sampling::Conditional, .record = true}};
+    std::vector<double> times[3];
+    double rays[3] = {};
+    for (std::uint32_t i = 0; i <= kRepeats; ++i)
+        for (int w = 0; w < 3; ++w) {
+            const double t = s.reverse(ways[w], kSpp, 100 + i);
+            rays[w] = double(s.renderer.lastPass().rays) / double(s.renderer.lastPass().paths);
+            if (i > 0) // the first compiles
+                times[w].push_back(t);
+        }
+    const double plain = median(times[0]), guided = median(times[1]), recorded = median(times[2]);
+    std::printf("%-10s %12.4f %12.2f %12.2f %14.2f %14.2f\n", name, plain / kSpp, guided / plain, recorded / plain, rays[1] / rays[0],
+                (guided / rays[1]) / (plain / rays[0]));
+}
+
+// One step of 16 + 4 samples per pixel that learns, after `before` others.
+void rebuild(const char* name, const std::string& file, int size, std::uint32_t before, std::uint32_t cellRecords) {
+    SdTreeConfig tree;
+    tree.cellRecords = cellRecords;
+    tree.maxNodes = std::uint64_t(1) << 24;
+    Subject s(file, "painting.baseColor", size, tree);
+    const PassSampling sampling{.kind = Sampling::Conditional, .record = true};
+    double wall = 0, host = 0;
+    for (std::uint32_t i = 0; i <= before; ++i) {
+        const double primal = s.render(sampling, i == before ? 16 : 2, i), derivative = s.reverse(sampling, i == before ? 4 : 2, i);
+        const auto start = Clock::now();
+        s.renderer.updateGuide();
+        host = seconds(start);
+        wall = primal + derivative + host;
+    }
+    std::printf("%-10s %6d %8zu cells %8llu nodes %10.1f ms %8.2f %% of the step\n", name, size, s.renderer.guide().cells().size(),
+                static_cast<unsigned long long>(s.renderer.guide().nodes()), 1e3 * host, 100 * host / wall);
+}
+
+} // namespace
+
+void guiding(const std::string& scenes) {
+    const std::string made = "bench-room"; // large, so not stored
+    const bool hasRoom = std::system(("python3 \"" + scenes + "/generate.py\" room -o " + made + " > /dev/null").c_str()) == 0;
+    std::printf("\nDerivative passes at 256 x 256, %u samples: unguided s/spp; conditional, and with records, against it; rays; time per ray\n", kSpp);
+    std::printf("%-10s %12s %12s %12s %14s %14s\n", "scene", "unguided", "guided", "recorded", "rays", "time per ray");
+    passes("box", scenes + "/box/scene.gltf", "painting.baseColor");
+    passes("door", scenes + "/door/scene.gltf", "painting.baseColor");
+    passes("bowl", scenes + "/bowl/scene.gltf", "table.baseColor");
+    if (hasRoom)
+        passes("room", made + "/room/scene.gltf", "painting.baseColor");
+    std::printf("\nRebuilding the tree on the host, transfers included\n");
+    rebuild("door", scenes + "/door/scene.gltf", 256, 29, SdTreeConfig{}.cellRecords);
+    rebuild("door", scenes + "/door/scene.gltf", 1024, 5, 1000);
+}
+
+} // namespace cmpg::bench
