@@ -100,7 +100,7 @@ void guiding(const std::string& scenes) {
     passes("door", scenes + "/door/scene.gltf", "painting.baseColor");
     passes("bowl", scenes + "/bowl/scene.gltf", "table.baseColor");
     if (hasRoom)
-        passes("room", made + "/room/scene.gltf", "painting.baseColor");
+        passes("room", made + "/scene.gltf", "painting.baseColor");
     std::printf("\nRebuilding the tree on the host, transfers included\n");
     rebuild("door", scenes + "/door/scene.gltf", 256, 29, SdTreeConfig{}.cellRecords);
     rebuild("door", scenes + "/door/scene.gltf", 1024, 5, 1000);

@@ -73,7 +73,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
     session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
     GuidedSession guided(options, report, session);
     guided.passes().setLearning(usesGuide(options));
-    RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze);
+    RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
     config.stop = &stopOnInterrupt();
 
     Optimization run(model, session.scene, config, session.parameters);

@@ -18,7 +18,7 @@ class Run {
   public:
     Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
-          passes_(renderer_, method.options), model_(renderer_, passes_, {subject.view}, subject.options.freeze) {
+          passes_(renderer_, method.options), model_(renderer_, passes_, {subject.view}, subject.options.freeze.value_or(~0u)) {
         renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
         passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.needsGuide());
         passes_.setLearning(method.needsGuide());

@@ -65,7 +65,8 @@ struct Options {
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;
     float totalVariation = 0;
-    std::uint32_t warmUp = 0, freeze = ~0u; // steps that only learn the guide; from which on it stays as it is
+    std::uint32_t warmUp = 0;              // first steps, which only learn the guide
+    std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
     float forgetting = 0.9f;
 
     // compare
