@@ -39,17 +39,6 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     return gradient;
 }
 
-// Three channels, as the renderer takes it.
-Image readAdjoint(const std::string& file) {
-    Image image = readImage(file).image;
-    if (image.channels == 3)
-        return image;
-    Image grey(image.width, image.height, 3);
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        grey.values[i] = image.values[i / 3 * image.channels];
-    return grey;
-}
-
 Image adjointOfLoss(const Options& options, Report& report, Session& session, const View& view, const Target& target) {
     const Stopwatch watch;
     const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed});
@@ -84,7 +73,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     Target target;
     std::string camera;
     if (options.target.empty()) {
-        adjoint = readAdjoint(options.adjoint);
+        adjoint = readColorImage(options.adjoint);
     } else {
         const CameraTarget chosen = loadCameraTarget(options, session.scene, options.target.front());
         camera = chosen.camera;

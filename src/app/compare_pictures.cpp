@@ -1,28 +1,13 @@
 // Pictures of a comparison's report: signed derivatives at a common scale, values, the scene.
 #include "app/compare_pictures.h"
 
+#include "app/exposure.h"
 #include "app/signed_colors.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace cmpg {
-namespace {
-
-float exposureOf(const Image& image) {
-    std::vector<float> values;
-    for (const float v : image.values)
-        if (std::isfinite(v))
-            values.push_back(v);
-    if (values.empty())
-        return 1;
-    const auto place = values.begin() + std::ptrdiff_t(0.95 * double(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place > 1 || (*place > 0 && *place < 0.5f) ? 1 / *place : 1;
-}
-
-} // namespace
-
 SignedFigures signedFigures(const std::vector<CaptionedImage>& images) {
     constexpr int kLegendWidth = 256;
     const double scale = signedScale(channelMean(images.front().image));
@@ -52,7 +37,7 @@ Image signedStrip(const std::vector<std::pair<std::string, Image>>& images) {
 }
 
 std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose) {
-    const float factor = expose ? exposureOf(images.front().image) : 1;
+    const float factor = expose ? exposureFor({&images.front().image}) : 1;
     std::vector<HtmlFigure> figures;
     for (const CaptionedImage& image : images) {
         Image scaled = image.image;

@@ -19,16 +19,6 @@ constexpr std::uint32_t kDiscarded = ~0u; // step of the pass thrown away
 constexpr std::pair<CompareMode, const char*> kModes[] = {
     {CompareMode::Forward, "forward"}, {CompareMode::Reverse, "reverse"}, {CompareMode::Optimize, "optimize"}};
 
-Image readThreeChannels(const std::string& file) {
-    Image image = readImage(file).image;
-    if (image.channels == 3)
-        return image;
-    Image grey(image.width, image.height, 3);
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        grey.values[i] = image.values[i / 3 * image.channels];
-    return grey;
-}
-
 CompareMethod baseMethod(const Options& options) {
     return {.name = {}, .options = {}, .lightSampling = !options.noLightSampling, .sampler = options.sampler};
 }
@@ -83,7 +73,7 @@ CompareSubject::CompareSubject(const Options& o)
         target = std::move(chosen.target);
         like = &target.image;
     } else if (!o.adjoint.empty()) {
-        adjoint = readThreeChannels(o.adjoint);
+        adjoint = readColorImage(o.adjoint);
         like = &adjoint;
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods

@@ -1,6 +1,7 @@
 // One picture that tells how an optimisation went: target, initial, recovered, signed gradient, loss curve.
 #include "app/contact_sheet.h"
 
+#include "app/exposure.h"
 #include "app/loss_curve.h"
 #include "app/signed_colors.h"
 
@@ -13,21 +14,6 @@ namespace {
 constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18;
 constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
 constexpr std::size_t kMostRows = 6; // pictures stay a sensible size; all views are in the output folder
-
-// One exposure for all pictures: the target's 95th percentile, which leaves out lamps, becomes white where it is
-// not between 0.5 and 1 already.
-float commonFactor(const std::vector<ContactSheet::ViewRow>& views) {
-    std::vector<float> values;
-    for (const auto& row : views)
-        for (const float v : row.target.values)
-            if (std::isfinite(v))
-                values.push_back(v);
-    if (values.empty())
-        return 1;
-    const auto place = values.begin() + std::ptrdiff_t(0.95 * double(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place > 1 || (*place > 0 && *place < 0.5f) ? 1 / *place : 1;
-}
 
 Image scaled(const Image& image, float factor) {
     Image result = image;
@@ -61,7 +47,10 @@ Image ContactSheet::compose() const {
     const int rows = int(std::clamp<std::size_t>(views.size(), 1, kMostRows));
     Canvas canvas(kMargin + 5 * kStride, kTitle + rows * kRow);
     canvas.text(kMargin, kMargin / 2, title, kBlack, 2);
-    const float factor = commonFactor(views);
+    std::vector<const Image*> targets;
+    for (const ViewRow& row : views)
+        targets.push_back(&row.target);
+    const float factor = exposureFor(targets);
     for (int row = 0; row < rows; ++row) {
         const int y = kTitle + row * kRow;
         if (std::size_t(row) < views.size()) {

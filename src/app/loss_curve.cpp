@@ -1,6 +1,8 @@
 // The loss over the steps of an optimisation, as an SVG and drawn into a canvas.
 #include "app/loss_curve.h"
 
+#include "app/html.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,21 +13,6 @@ std::string number(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", value);
     return text;
-}
-
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '&')
-            result += "&amp;";
-        else if (c == '<')
-            result += "&lt;";
-        else if (c == '>')
-            result += "&gt;";
-        else if (static_cast<unsigned char>(c) >= 0x20)
-            result += c;
-    }
-    return result;
 }
 
 // 1, 2 or 5 times a power of ten: about a quarter of the span.
@@ -133,7 +120,7 @@ std::string lossCurveSvg(std::span<const double> loss, const std::string& title)
         "font-size=\"12\">\n",
         kWidth, kHeight, kWidth, kHeight);
     svg += "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-    svg += "<text x=\"70\" y=\"22\" font-size=\"14\">" + escaped(title) + "</text>\n";
+    svg += "<text x=\"70\" y=\"22\" font-size=\"14\">" + escapeHtml(title) + "</text>\n";
     for (const double tick : axes.ticks) {
         add("<line x1=\"%g\" y1=\"%.2f\" x2=\"%g\" y2=\"%.2f\" stroke=\"#ddd\"/>", kLeft, py(tick), kRight, py(tick));
         add("<text x=\"%g\" y=\"%.2f\" text-anchor=\"end\">%s</text>\n", kLeft - 6, py(tick) + 4, number(tick).c_str());

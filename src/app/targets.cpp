@@ -1,10 +1,22 @@
 // --target: an image, and the camera it was taken by.
 #include "app/targets.h"
 
+#include "scene/image.h"
+
 #include <algorithm>
 #include <filesystem>
 
 namespace cmpg {
+
+Image readColorImage(const std::string& file) {
+    Image image = readImage(file).image;
+    if (image.channels == 3)
+        return image;
+    Image grey(image.width, image.height, 3);
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = image.values[i / 3 * image.channels];
+    return grey;
+}
 
 CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
     const TargetOptions how{.mask = options.mask, .exposure = options.targetExposure};

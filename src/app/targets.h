@@ -7,6 +7,9 @@
 
 namespace cmpg {
 
+// Three channels, as the renderer takes an adjoint; of other images the first channel counts.
+Image readColorImage(const std::string& file);
+
 struct CameraTarget {
     std::string camera; // empty: the one of --camera
     Target target;
