@@ -41,7 +41,7 @@ TEST(LossCurve, StandsDegenerateInput) {
 
 TEST(LossCurve, SvgHoldsEveryStepAndAnEscapedTitle) {
     const std::string svg = lossCurveSvg(std::vector<double>{3, 2, 1, std::nan(""), 1}, "a<b & \"c\"");
-    EXPECT_NE(svg.find("a&lt;b &amp; \"c\""), std::string::npos);
+    EXPECT_NE(svg.find("a&lt;b &amp; &quot;c&quot;"), std::string::npos);
     const std::string path = svg.substr(svg.rfind(" d=\""));
     EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 2); // the curve is broken where a value is missing
     EXPECT_EQ(std::count(path.begin(), path.end(), 'L'), 2);
