@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -52,9 +53,18 @@ SamplingWay SamplingChoice::next(std::uint32_t pass) const {
     return chosen;
 }
 
-void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath) {
-    if (const std::size_t i = indexOf(way); i < ways_.size())
-        figures_[i].add(variance, raysPerPath);
+void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting) {
+    const std::size_t i = indexOf(way);
+    if (i == ways_.size())
+        return;
+    const SamplingFigures before = figures_[i];
+    figures_[i].add(variance, raysPerPath);
+    const bool inARow = std::exchange(last_, i) == i;
+    if (!drifting || !inARow || !(before.variance > 0))
+        return;
+    for (std::size_t other = 0; other < figures_.size(); ++other)
+        if (other != i)
+            figures_[other].variance *= figures_[i].variance / before.variance;
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {

@@ -32,7 +32,9 @@ class SamplingChoice {
     // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
     SamplingWay best() const; // of those that were measured; the first where none was
-    void observe(const SamplingWay& way, double variance, double raysPerPath);
+    // `drifting`: what is estimated changes from pass to pass, as the adjoint of an optimisation does. A change of the figures between two
+    // passes in a row of one way then counts for all: otherwise ways measured long ago could never catch up.
+    void observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting = false);
 
     const std::vector<SamplingWay>& ways() const { return ways_; }
     const SamplingFigures& figures(std::size_t way) const { return figures_[way]; }
@@ -45,6 +47,7 @@ class SamplingChoice {
 
     std::vector<SamplingWay> ways_;
     std::vector<SamplingFigures> figures_;
+    std::size_t last_ = ~std::size_t(0); // way observed last
 };
 
 } // namespace cmpg

@@ -240,7 +240,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
         pass(spp, key, 0);
     }
     if (p.learning && sum.paths > 0 && squares > 0) {
-        p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths));
+        p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths), true);
         if (mean > 0)
             p.reference = sum.reference / mean;
     }

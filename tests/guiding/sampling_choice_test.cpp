@@ -63,6 +63,20 @@ TEST(SamplingChoice, GoesOnTryingTheOthers) {
     EXPECT_EQ(tried[3], 0); // hopeless
 }
 
+// What drifts for the way in use drifts for all: the order of the ways stays, and none looks hopeless for having been measured long ago.
+TEST(SamplingChoice, KeepsTheOrderWhileTheAdjointDrifts) {
+    SamplingChoice choice({kPlain, kMixture});
+    choice.observe(kPlain, 3, 7);
+    choice.observe(kMixture, 2, 7 / 1.3);
+    for (int i = 0; i < 40; ++i)
+        choice.observe(kMixture, 2e-3, 7 / 1.3, true);
+    EXPECT_NEAR(choice.figures(0).variance / choice.figures(1).variance, 1.5, 1e-9);
+    EXPECT_NEAR(choice.figures(1).variance, 2e-3, 1e-6);
+    choice.observe(kPlain, 1e-4, 7, true); // a trial of another way is news of that way alone
+    EXPECT_NEAR(choice.figures(1).variance, 2e-3, 1e-6);
+    EXPECT_EQ(choice.best(), kPlain);
+}
+
 // Later passes count more, as the guide gets better; the figures follow a change.
 TEST(SamplingChoice, FollowsChanges) {
     SamplingChoice choice({kPlain, kMixture});
