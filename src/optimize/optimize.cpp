@@ -76,10 +76,7 @@ StepReport Optimization::step() {
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
     for (std::size_t view = 0; view < model_.views(); ++view)
         addView(view, report);
-    {
-        const Stopwatch watch(report.secondsGuide);
-        model_.endStep();
-    }
+    model_.endStep();
     applyUpdate(report);
     ++state_.step;
     return report;

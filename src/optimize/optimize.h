@@ -29,7 +29,6 @@ struct StepReport {
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
-    double secondsGuide = 0;
     std::vector<double> gradientNorm; // Euclidean, per parameter, finite entries only
     std::uint64_t samples = 0;        // camera paths of both passes
     std::uint64_t dropped = 0;        // gradient entries and pixels left out because they were not finite

@@ -102,18 +102,18 @@ struct GuidedPasses::Impl {
         renderer.updateGuide();
     }
 
-    std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, const SamplingWay& way, int sign,
+    std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, double meanAdjoint, const SamplingWay& way, int sign,
                           std::vector<std::vector<double>>& gradients) {
         PixelSamples samples;
         if (options.pixels == PixelSampling::Adjoint)
             samples = sampleCounts(adjoint, spp, key);
-        use(way, learning, sign, norms(adjoint).second);
+        use(way, learning, sign, meanAdjoint);
         renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients);
         return renderer.lastPass().paths;
     }
 
     // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included.
-    void gate(const View& view, std::uint32_t spp, std::uint64_t seed, const Image& adjoint) {
+    void gate(const View& view, std::uint32_t spp, std::uint64_t seed, const Image& adjoint, double meanAdjoint) {
         if (!options.roulette || !(reference > 0))
             return;
         const Sampling kind = [&] {
@@ -126,7 +126,7 @@ struct GuidedPasses::Impl {
         PassMeasure measured[2];
         gating = true;
         for (const bool roulette : {false, true}) {
-            reverse(view, spp, {seed, 0, kGatePass}, adjoint, {kind, roulette}, 0, ignored);
+            reverse(view, spp, {seed, 0, kGatePass}, adjoint, meanAdjoint, {kind, roulette}, 0, ignored);
             measured[roulette] = renderer.lastPass();
         }
         gating = false;
@@ -186,7 +186,7 @@ void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32
             impl_->reference = impl_->renderer.lastPass().reference / mean;
     }
     if (passes > 0)
-        impl_->gate(view, spp, seed, adjoint);
+        impl_->gate(view, spp, seed, adjoint, mean);
     impl_->trained |= passes > 0;
 }
 
@@ -224,7 +224,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     const auto [squares, mean] = norms(adjoint);
     PassMeasure sum;
     const auto pass = [&](std::uint32_t samples, const PassKey& k, int sign) {
-        p.reverse(view, samples, k, adjoint, way, sign, gradients);
+        p.reverse(view, samples, k, adjoint, mean, way, sign, gradients);
         const PassMeasure& m = p.renderer.lastPass();
         sum.paths += m.paths;
         sum.rays += m.rays;
