@@ -2,22 +2,14 @@
 #pragma once
 
 #include "app/options.h"
+#include "base/stopwatch.h"
 #include "vk/device.h"
 
-#include <chrono>
 #include <filesystem>
 #include <iosfwd>
 #include <nlohmann/json.hpp>
 
 namespace cmpg {
-
-class Stopwatch {
-  public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 struct Report {
     std::string command;
