@@ -24,6 +24,7 @@ struct Report {
     std::map<std::string, KernelTime> kernels;
     std::uint64_t devicePeakBytes = 0, budgetBytes = 0;
     std::map<std::string, std::uint64_t> dropped;                    // contributions left out, by kind
+    std::uint64_t refusedSplits = 0;                                 // of a guide, for want of memory: the most of all renderers
     std::vector<double> loss;                                        // per step
     std::vector<std::pair<std::string, std::string>> outputs;        // name -> path
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); // what a single command adds
@@ -32,6 +33,7 @@ struct Report {
 
     void addDevice(const Device& device); // times and memory as they are now
     void addStatistics(const RenderStatistics& statistics);
+    void warnOfLosses() const; // contributions dropped and splits refused
     // All fields named in the manual, then `extra`; not finite numbers become null.
     nlohmann::ordered_json toJson() const;
 

@@ -388,7 +388,11 @@ void Renderer::setSampling(const PassSampling& sampling) { impl_->sampling = sam
 
 const PassMeasure& Renderer::lastPass() const { return impl_->measure; }
 
-UpdateReport Renderer::updateGuide() { return impl_->guide.value().update(); }
+UpdateReport Renderer::updateGuide() {
+    const UpdateReport report = impl_->guide.value().update();
+    impl_->statistics.refusedSplits = report.refusedSplits;
+    return report;
+}
 
 const SdTree& Renderer::guide() const { return impl_->guide.value().tree; }
 

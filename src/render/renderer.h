@@ -75,6 +75,7 @@ struct RenderStatistics {
     std::uint64_t paths = 0, rays = 0; // since construction
     std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
 };
+    std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 
 class Renderer {
   public:
