@@ -215,6 +215,16 @@ void requireFinite(float value, const char* name, float lowest, float highest) {
     }
 }
 
+// Images and derivatives have a guide to save only where one is learned or loaded; an optimisation always learns one.
+void validateSavedGuide(const Options& o) {
+    if (o.saveGuide.empty() || (o.command != Command::Render && o.command != Command::Gradient))
+        return;
+    if (o.effectiveTrain() == 0 && o.loadGuide.empty())
+        refuse("--save-guide has nothing to save: no guide is learned", "add --train N, the number of learning passes, or --load-guide FILE");
+    if (o.output.empty())
+        refuse("--save-guide has nothing to save: --check alone learns no guide", "add -o FILE.exr");
+}
+
 void validateGradient(const Options& o) {
     if (o.param.empty())
         refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
@@ -379,3 +389,4 @@ void validate(const Options& o) {
 }
 
 } // namespace cmpg
+    validateSavedGuide(o);

@@ -103,6 +103,9 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"render", "s", "-o", "a.exr", "--sampling", "magic"},
         {"render", "s", "-o", "a.exr", "--set", "novalue"},
         {"render", "s", "-o", "a.exr", "--config", "/nonexistent/run.json"},
+        {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"}, // learns none
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--save-guide", "a.guide", "--train", "0"},
+        {"gradient", "s", "--param", "p", "--check", "--train", "2", "--save-guide", "a.guide"}, // no passes that could learn
         {"gradient", "s", "-o", "a.exr"}, // no --param
         {"gradient", "s", "--param", "p"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a", "--target", "b"},
@@ -129,6 +132,22 @@ TEST(Options, RefusesWhatMakesNoSense) {
 TEST(Options, HelpNamesEveryCommandAndExitCode) {
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"-h"}, {"render", "--help"}})
         EXPECT_THROW(parse(arguments), HelpRequested);
+TEST(Options, GuidesAreSavedWhereThereIsOne) {
+    const std::vector<std::string> render = {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"};
+    try {
+        parse(render);
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_NE(e.remedy.find("--train"), std::string::npos);
+    }
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--train", "2"}, {"--load-guide", "b.guide"}}) {
+        std::vector<std::string> arguments = render;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        EXPECT_EQ(parseCode(arguments), ExitCode::Done);
+    }
+    EXPECT_EQ(parseCode({"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--save-guide", "a.guide"}), ExitCode::Done);
+}
+
     try {
         parse({"--help"});
     } catch (const HelpRequested& help) {
