@@ -240,6 +240,14 @@ void validateGradient(const Options& o) {
         refuse("gradient needs -o FILE.exr");
 }
 
+void validateSteps(const Options& o) {
+    if (o.steps == 0 || o.steps > 10'000'000)
+        refuse("--steps must be from 1 to 10000000");
+    requireFinite(o.finalRate, "--final-rate", 0, 1);
+    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
+}
+
 void validateOptimize(const Options& o) {
     if (o.param.empty())
         refuse("optimize needs --param", "'inspect SCENE' lists the parameters");
@@ -247,11 +255,7 @@ void validateOptimize(const Options& o) {
         refuse("optimize needs --target");
     if (o.output.empty())
         refuse("optimize needs -o FOLDER");
-    if (o.steps == 0 || o.steps > 10'000'000)
-        refuse("--steps must be from 1 to 10000000");
-    requireFinite(o.finalRate, "--final-rate", 0, 1);
-    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
-    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    validateSteps(o);
 }
 
 void validateCompare(const Options& o) {
@@ -272,11 +276,7 @@ void validateCompare(const Options& o) {
     if (o.seeds && *o.seeds < kFewest && o.mode != "optimize")
         refuse("--seeds must be at least 4 for derivatives: fewer passes do not show their variance");
     requirePositive(o.adjointSpp, "--adjoint-spp", 1u << 24);
-    if (o.steps == 0 || o.steps > 10'000'000)
-        refuse("--steps must be from 1 to 10000000");
-    requireFinite(o.finalRate, "--final-rate", 0, 1);
-    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
-    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    validateSteps(o);
 }
 
 } // namespace
@@ -384,9 +384,9 @@ void validate(const Options& o) {
         validateOptimize(o);
     if (o.command == Command::Compare)
         validateCompare(o);
+    validateSavedGuide(o);
     if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
         refuse(commandName(o.command) + std::string(" needs -o FILE"));
 }
 
 } // namespace cmpg
-    validateSavedGuide(o);
