@@ -238,6 +238,12 @@ void validateGradient(const Options& o) {
         refuse("--direction is of forward mode: it goes with neither --adjoint nor --target");
     if (o.output.empty() && !o.check)
         refuse("gradient needs -o FILE.exr");
+    if (!o.layers.empty() && o.isReverse())
+        refuse("--layers belongs to images: it goes with neither --adjoint nor --target", "leave them away: forward mode draws by the same weights");
+    if (!o.layers.empty() && o.positivize)
+        refuse("--layers and --positivize exclude each other: the halves have mixtures of their own");
+    if (!o.layers.empty() && o.output.empty())
+        refuse("--layers needs -o FILE.exr: --check alone makes no image");
 }
 
 void validateSteps(const Options& o) {

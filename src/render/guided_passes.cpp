@@ -190,11 +190,11 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
 }
 
 Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                            std::span<const std::vector<float>> directions) {
+                            std::span<const std::vector<float>> directions, Layers* layers) {
     const SamplingWay way{impl_->derivativeWay().kind, false};
     if (!impl_->options.positivize) {
         impl_->use(way, impl_->learning);
-        return impl_->renderer.forward(view, spp, key, parameters, directions);
+        return impl_->renderer.forward(view, spp, key, parameters, directions, layers);
     }
     const std::uint32_t half = std::max(1u, spp / 2);
     impl_->use(way, impl_->learning, 1);

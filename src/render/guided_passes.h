@@ -42,7 +42,7 @@ class GuidedPasses {
     // As the functions of Renderer, drawn as decided. They leave no records unless learning() was turned on.
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                  std::span<const std::vector<float>> directions);
+                  std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
     // Pixel sampling included. Returns the number of camera paths.
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);

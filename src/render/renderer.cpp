@@ -309,10 +309,11 @@ struct Renderer::Impl {
             guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
-        if (layers)
-            *layers = {Image(view.width, view.height, 3), Image(view.width, view.height, 1), Image(view.width, view.height, 3),
-                       Image(view.width, view.height, 1, float(spp)), Image(view.width, view.height, 1), Image(view.width, view.height, 1),
-                       Image(view.width, view.height, 1)};
+        if (layers) {
+            const Image color(view.width, view.height, 3), single(view.width, view.height, 1);
+            *layers = {color, single, color, Image(view.width, view.height, 1, float(spp)), single, single, single,
+                       std::vector<Image>(std::min(gpu::kLayerDepths, config.maxDepth - 1), single)};
+        }
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
             const glm::dvec3 mean = (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(spp);
             for (int c = 0; c < 3; ++c)
@@ -329,6 +330,8 @@ struct Renderer::Impl {
             layers->guided.values[pixel] = l.guided / hits;
             layers->dead.values[pixel] = l.dead / hits;
             layers->cell.values[pixel] = l.cell;
+            for (std::size_t d = 0; d < layers->lightShare.size(); ++d)
+                layers->lightShare[d].values[pixel] = l.drawn[int(d)] > 0 ? l.lightShare[int(d)] / l.drawn[int(d)] : -1.0f;
         });
         measure.variance = variance;
         return result;
@@ -377,7 +380,7 @@ void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
         impl_->needs.modes |= 1u << std::uint32_t(m);
     impl_->pools.reset();
     for (const Mode m : modes)
-        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m == Mode::Render, {}, false));
+        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
 }
 
 void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
@@ -407,9 +410,9 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
 }
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                        std::span<const std::vector<float>> directions) {
+                        std::span<const std::vector<float>> directions, Layers* layers) {
     Impl& r = *impl_;
-    r.wavefront(r.kernelsOf(kModeForward, false, r.sampling, r.learned()));
+    r.wavefront(r.kernelsOf(kModeForward, layers != nullptr, r.sampling, r.learned()));
     std::vector<float> direction(r.buffers.gradientEntries(), 0.0f);
     for (std::size_t i = 0; i < parameters.size(); ++i) {
         const auto found = std::find(r.config.differentiable.begin(), r.config.differentiable.end(), parameters[i]);
@@ -421,7 +424,7 @@ Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key,
         std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
     }
     r.pools->direction.uploadAll(direction);
-    return r.image(kModeForward, view, spp, key, nullptr);
+    return r.image(kModeForward, view, spp, key, layers);
 }
 
 void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,

@@ -58,10 +58,11 @@ struct View {
     int width = 512, height = 512;
 };
 
-// First-hit features of the camera rays, averaged over the samples.
+// Features of the camera rays' first hits, averaged over the samples, and the guide's at the vertices that follow.
 struct Layers {
     Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
     Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
+    std::vector<Image> lightShare; // by depth, of the first few: share of P in the mixture, mean over the directions drawn there; -1 without any
 };
 
 // What the guide did at one depth, summed over passes.
@@ -74,8 +75,8 @@ struct RenderStatistics {
     std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
     std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
-};
     std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
+};
 
 class Renderer {
   public:
@@ -108,7 +109,7 @@ class Renderer {
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                  std::span<const std::vector<float>> directions);
+                  std::span<const std::vector<float>> directions, Layers* layers = nullptr);
 
     // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
     // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`

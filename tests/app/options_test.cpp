@@ -112,6 +112,9 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--target", "b"},
         {"gradient", "s", "--param", "p", "--check", "--adjoint", "a.exr"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a.exr", "--direction", "self"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a.exr", "--layers", "l.exr"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--positivize", "--layers", "l.exr"},
+        {"gradient", "s", "--param", "p", "--check", "--layers", "l.exr"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--loss", "huber"},
         {"optimize", "s", "--param", "p", "-o", "d"}, // no --target
         {"optimize", "s", "--target", "t", "-o", "d"},
@@ -129,9 +132,6 @@ TEST(Options, RefusesWhatMakesNoSense) {
     }
 }
 
-TEST(Options, HelpNamesEveryCommandAndExitCode) {
-    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"-h"}, {"render", "--help"}})
-        EXPECT_THROW(parse(arguments), HelpRequested);
 TEST(Options, GuidesAreSavedWhereThereIsOne) {
     const std::vector<std::string> render = {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"};
     try {
@@ -148,6 +148,9 @@ TEST(Options, GuidesAreSavedWhereThereIsOne) {
     EXPECT_EQ(parseCode({"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--save-guide", "a.guide"}), ExitCode::Done);
 }
 
+TEST(Options, HelpNamesEveryCommandAndExitCode) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"-h"}, {"render", "--help"}})
+        EXPECT_THROW(parse(arguments), HelpRequested);
     try {
         parse({"--help"});
     } catch (const HelpRequested& help) {

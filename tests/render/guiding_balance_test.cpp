@@ -1,4 +1,4 @@
-// How light and derivatives share the mixture along a path, and what that buys. Seeds are fixed.
+// How light and derivatives share the mixture along a path, what that buys, and the layers that show it. Seeds are fixed.
 #include "support/guided_fixture.h"
 
 namespace cmpg::test {
@@ -62,6 +62,37 @@ TEST(GuideBalance, FullMixtureBeatsItsParts) {
         EXPECT_GT(part.mean - mixture.mean, 3 * std::hypot(part.standardError, mixture.standardError))
             << what << ": " << part.mean << " +- " << part.standardError << ", mixture: " << mixture.mean << " +- " << mixture.standardError;
     }
+}
+
+// Layers of a derivative image: what they say is what the counts by depth say, and they change nothing.
+TEST(GuideLayers, ShowTheBalanceByDepth) {
+    GuidedBench s("furnace", {"*.baseColor"}, 16); // closed: every sample draws at every depth
+    s.train(3, 16);
+    s.renderer->setSampling({.kind = Sampling::Conditional});
+    const Image plain = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones());
+    const std::vector<GuidedDepth> before = s.renderer->statistics().guided;
+    Layers layers;
+    const Image image = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones(), &layers);
+    EXPECT_EQ(image.values, plain.values);
+    ASSERT_EQ(layers.lightShare.size(), 4u); // of five segments the last draws nothing
+    for (std::size_t d = 0; d < 4; ++d) {
+        const GuidedDepth& all = s.renderer->statistics().guided[d];
+        const double share = (all.lightShare - before[d].lightShare) / double(all.drawn - before[d].drawn);
+        EXPECT_NEAR(meanOf(layers.lightShare[d]), share, 0.5 / 255) << d; // the counts' unit
+        if (d == 0)
+            EXPECT_EQ(share, 0);
+        else
+            EXPECT_GT(share, 0.2) << d;
+    }
+    // An image is drawn by light alone; without anything learned nothing is drawn at all.
+    s.renderer->render(s.view, 8, kKey, &layers);
+    for (const Image& share : layers.lightShare)
+        EXPECT_EQ(share.values, std::vector<float>(share.values.size(), 1.0f));
+    GuidedBench empty("furnace", {"*.baseColor"}, 16, guidedConfig(2));
+    empty.renderer->setSampling({.kind = Sampling::Conditional});
+    empty.renderer->forward(empty.view, 8, kKey, empty.config.differentiable, empty.ones(), &layers);
+    ASSERT_EQ(layers.lightShare.size(), 1u);
+    EXPECT_EQ(layers.lightShare[0].values, std::vector<float>(16 * 16, -1.0f));
 }
 
 } // namespace
