@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace cmpg {
 namespace {
@@ -53,6 +54,11 @@ struct GuidedPasses::Impl {
     SamplingChoice images, derivatives; // ways of primal passes, and of derivative passes in either mode
     bool trained = false;               // by passes of this run or of the one that saved the guide
     double reference = 0;               // of the roulette, for a mean |adjoint| of 1
+    struct Figures {
+        SamplingChoice images, derivatives;
+        double reference;
+    };
+    std::optional<Figures> stepStart; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
     std::uint32_t step = 0;
     double seconds = 0;
@@ -66,6 +72,11 @@ struct GuidedPasses::Impl {
             return derivatives.next(step);
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
+
+    // What is drawn by when nothing is learned.
+    SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
+
+    void beginStep() { stepStart.emplace(Figures{images, derivatives, reference}); }
 
     SamplingDecision decide(const SamplingChoice& choice) const {
         SamplingDecision d;
@@ -217,6 +228,17 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
     return gradient;
 }
 
+void GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) {
+    impl_->use(impl_->settledWay(impl_->images), false);
+    impl_->renderer.render(view, spp, key, film);
+}
+
+void GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                           std::span<const std::vector<float>> directions, Film& film) {
+    impl_->use(impl_->settledWay(impl_->derivatives), false);
+    impl_->renderer.forward(view, spp, key, parameters, directions, film);
+}
+
 std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                     std::vector<std::vector<double>>& gradients) {
     Impl& p = *impl_;
@@ -247,7 +269,19 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     return sum.paths;
 }
 
-void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
+void GuidedPasses::setLearning(bool on) {
+    impl_->learning = on;
+    impl_->beginStep();
+}
+
+void GuidedPasses::abandonStep() {
+    if (!impl_->stepStart)
+        return;
+    impl_->images = impl_->stepStart->images;
+    impl_->derivatives = impl_->stepStart->derivatives;
+    impl_->reference = impl_->stepStart->reference;
+    impl_->renderer.discardRecords();
+}
 
 void GuidedPasses::endStep() {
     const Timer timer(impl_->seconds);
@@ -256,6 +290,7 @@ void GuidedPasses::endStep() {
     impl_->renderer.updateGuide();
     impl_->trained = true;
     ++impl_->step;
+    impl_->beginStep();
 }
 
 SamplingDecision GuidedPasses::decision() const { return impl_->decide(impl_->derivatives); }

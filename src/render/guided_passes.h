@@ -43,6 +43,10 @@ class GuidedPasses {
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions);
+    // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
+    void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
+    void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                 std::span<const std::vector<float>> directions, Film& film);
     // Pixel sampling included. Returns the number of camera paths.
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);
@@ -50,6 +54,8 @@ class GuidedPasses {
     // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew.
     void setLearning(bool on);
     void endStep();
+    // After a pass that was ended early: forgets what was recorded and measured since the last step ended, so that it can begin again.
+    void abandonStep();
 
     SamplingDecision decision() const;      // of derivative passes
     SamplingDecision imageDecision() const; // of images
