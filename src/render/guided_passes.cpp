@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace cmpg {
 namespace {
@@ -58,7 +57,7 @@ struct GuidedPasses::Impl {
         SamplingChoice images, derivatives;
         double reference;
     };
-    std::optional<Figures> stepStart; // what an abandoned step goes back to
+    Figures stepStart{images, derivatives, 0}; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
     std::uint32_t step = 0;
     double seconds = 0;
@@ -76,7 +75,7 @@ struct GuidedPasses::Impl {
     // What is drawn by when nothing is learned.
     SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
 
-    void beginStep() { stepStart.emplace(Figures{images, derivatives, reference}); }
+    void beginStep() { stepStart = {images, derivatives, reference}; }
 
     SamplingDecision decide(const SamplingChoice& choice) const {
         SamplingDecision d;
@@ -111,6 +110,7 @@ struct GuidedPasses::Impl {
         if (adjointSquares > 0 && m.paths > 0)
             choice.observe(way, m.variance * spp / adjointSquares, double(m.rays) / double(m.paths));
         renderer.updateGuide();
+        beginStep();
     }
 
     std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, double meanAdjoint, const SamplingWay& way, int sign,
@@ -170,17 +170,17 @@ void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
     impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = impl_->options.positivize && !image}, layers);
 }
 
-void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed) {
+void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
     const Timer timer(impl_->seconds);
-    for (std::uint32_t i = 0; i < passes; ++i)
+    for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->images, spp, i, 1, [&] { impl_->renderer.render(view, spp, {seed, i, kLearningPass}); });
     impl_->trained |= passes > 0;
 }
 
 void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
-                                std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions) {
+                                std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, std::uint32_t first) {
     const Timer timer(impl_->seconds);
-    for (std::uint32_t i = 0; i < passes; ++i)
+    for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->derivatives, spp, i, 1,
                      [&] { impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions); });
     impl_->trained |= passes > 0;
@@ -269,17 +269,13 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     return sum.paths;
 }
 
-void GuidedPasses::setLearning(bool on) {
-    impl_->learning = on;
-    impl_->beginStep();
-}
+void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
 
 void GuidedPasses::abandonStep() {
-    if (!impl_->stepStart)
-        return;
-    impl_->images = impl_->stepStart->images;
-    impl_->derivatives = impl_->stepStart->derivatives;
-    impl_->reference = impl_->stepStart->reference;
+    impl_->images = impl_->stepStart.images;
+    impl_->derivatives = impl_->stepStart.derivatives;
+    impl_->reference = impl_->stepStart.reference;
+    impl_->gating = false;
     impl_->renderer.discardRecords();
 }
 
@@ -318,6 +314,7 @@ void GuidedPasses::load(LoadedGuide guide) {
     impl_->reference = guide.record.reference;
     impl_->renderer.setGuide(std::move(guide.tree));
     impl_->trained = true;
+    impl_->beginStep();
 }
 
 } // namespace cmpg
