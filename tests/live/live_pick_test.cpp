@@ -57,7 +57,7 @@ TEST(LivePick, FindsTheCellOfThePointAndItsDistributions) {
 TEST(LivePick, RaysAreThoseOfTheRenderer) {
     Scene scene = loadGltf(sceneFile("materials"));
     Device device{Device::Options{}};
-    Renderer renderer(device, scene, {.differentiable = {}, .maxDepth = 1});
+    Renderer renderer(device, scene, {});
     constexpr int kEdge = 48;
     const View view{&scene.cameras.front(), kEdge, kEdge / 2};
     Layers layers;
