@@ -238,7 +238,7 @@ TEST(DisplayStream, ADisplayThatHangsUpIsTriedAgain) {
     }
     EXPECT_EQ(display.connections(), 2);
     // The new connection is told everything again.
-    EXPECT_TRUE(display.await([](const auto& all) { return all.count("first") && all.at("first").creations == 2 && all.count("second") && all.at("second").updates > 1; }));
+    EXPECT_TRUE(display.await([](const auto& all) { return all.count("first") && all.at("first").creations == 2 && all.count("second") && all.at("second").updates > 0; }));
     EXPECT_FALSE(display.malformed());
 }
 
