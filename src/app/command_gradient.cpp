@@ -43,8 +43,7 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
         showGrowing(display, "gradient", film, spp,
                     [&](std::uint32_t part) { guided.passes().forward(view, part, derivativeKey(options), session.parameters, directions, film); });
         gradient = film.image();
-        if (layered)
-            layers = film.layers();
+        layers = film.layers();
     } else {
         gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions, layered ? &layers : nullptr);
         display.show("gradient", gradient);

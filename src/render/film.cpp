@@ -7,7 +7,7 @@ namespace cmpg {
 
 Layers::Layers(int width, int height, std::uint32_t spp, std::uint32_t depths)
     : normal(width, height, 3), depth(width, height, 1), albedo(width, height, 3), samples(width, height, 1, float(spp)), guided(width, height, 1),
-      dead(width, height, 1), cell(width, height, 1), lightShare(depths, Image(width, height, 1)) {}
+      dead(width, height, 1), cell(width, height, 1), lightShare(depths, cell) {}
 
 void Layers::set(std::size_t pixel, const gpu::LayerSample& l) {
     const float hits = std::max(l.hit, 1.0f);
@@ -36,7 +36,7 @@ Image Film::image() const {
 }
 
 Layers Film::layers() const {
-    Layers result(width, height, samples);
+    Layers result(width, height, samples, layerDepths);
     for (std::size_t i = 0; i < layerSums.size(); ++i)
         result.set(i, layerSums[i]);
     return result;

@@ -13,10 +13,11 @@ namespace cmpg {
 struct Layers {
     Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
     Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
+
     std::vector<Image> lightShare; // by depth, of the first few: share of P in the mixture, mean over the directions drawn there; -1 without any
 
     Layers() = default;
-    Layers(int width, int height, std::uint32_t spp, std::uint32_t depths = gpu::kLayerDepths);
+    Layers(int width, int height, std::uint32_t spp, std::uint32_t depths);
     void set(std::size_t pixel, const gpu::LayerSample& sums);
 };
 
@@ -25,6 +26,7 @@ struct Film {
     std::uint32_t samples = 0;             // per pixel so far
     std::vector<gpu::FilmPixel> pixels;
     std::vector<gpu::LayerSample> layerSums; // empty: no layers
+    std::uint32_t layerDepths = 0;           // that Layers::lightShare has
 
     Film() = default;
     Film(int width, int height, bool layers = false);

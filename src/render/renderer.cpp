@@ -348,7 +348,7 @@ struct Renderer::Impl {
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
-            *layers = Layers(view.width, view.height, spp, std::min(gpu::kLayerDepths, config.maxDepth - 1));
+            *layers = Layers(view.width, view.height, spp, layerDepths());
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
             const glm::dvec3 mean = meanOf(p, spp);
             for (int c = 0; c < 3; ++c)
@@ -360,6 +360,9 @@ struct Renderer::Impl {
         measure.variance = variance;
         return result;
     }
+
+    // That layers tell of: nothing is drawn at the last one.
+    std::uint32_t layerDepths() const { return std::min(gpu::kLayerDepths, config.maxDepth - 1); }
 
     // Leaves no records.
     void addTo(Film& film, std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key) {
@@ -376,6 +379,7 @@ struct Renderer::Impl {
                 sum.layerSums[pixel] = l;
         });
         sum.samples = film.samples + spp;
+        sum.layerDepths = layerDepths();
         film = std::move(sum);
     }
 

@@ -76,12 +76,12 @@ TEST(LivePick, IsAnsweredInTheMidstOfAStep) {
     }
     std::sort(times.begin(), times.end());
     std::printf("a pick is answered after %.0f ms in the median, %.0f ms at most\n", 1e3 * times[10], 1e3 * times.back());
-    EXPECT_LT(times[10], 0.5); // 20 ms and room for a busy machine
+    EXPECT_LT(times[10], 1); // 20 ms and room for a busy machine
     const auto start = std::chrono::steady_clock::now();
     live.close();
     const double ending = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     std::printf("the step ended after %.0f ms\n", 1e3 * ending);
-    EXPECT_LT(ending, 1);
+    EXPECT_LT(ending, 5); // of many that the step would have taken
 }
 
 TEST(LivePick, RaysAreThoseOfTheRenderer) {
