@@ -230,6 +230,14 @@ void validateGradient(const Options& o) {
         refuse("gradient needs -o FILE.exr");
 }
 
+void validateOptimizer(const Options& o) {
+    if (o.steps == 0 || o.steps > 10'000'000)
+        refuse("--steps must be from 1 to 10000000");
+    requireFinite(o.finalRate, "--final-rate", 0, 1);
+    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
+}
+
 void validateOptimize(const Options& o) {
     if (o.param.empty())
         refuse("optimize needs --param", "'inspect SCENE' lists the parameters");
@@ -237,11 +245,19 @@ void validateOptimize(const Options& o) {
         refuse("optimize needs --target");
     if (o.output.empty())
         refuse("optimize needs -o FOLDER");
-    if (o.steps == 0 || o.steps > 10'000'000)
-        refuse("--steps must be from 1 to 10000000");
-    requireFinite(o.finalRate, "--final-rate", 0, 1);
-    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
-    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    validateOptimizer(o);
+}
+
+void validateOpen(const Options& o) {
+    const std::filesystem::path extension = std::filesystem::path(o.input).extension();
+    if (extension != ".gltf" && extension != ".glb" && !std::filesystem::exists(o.input))
+        refuse("'" + o.input + "' is neither a command nor a scene", "see cmpg-vk --help");
+    if (o.headless)
+        refuse("--headless opens no window, and no command says what else to do",
+               "name a command: cmpg-vk --headless render " + o.input + " -o image.exr; see cmpg-vk --help");
+    if (o.target.size() > 1)
+        refuse("a window takes one --target", "several are for optimize");
+    validateOptimizer(o);
 }
 
 void validateCompare(const Options& o) {
@@ -262,11 +278,7 @@ void validateCompare(const Options& o) {
     if (o.seeds && *o.seeds < kFewest && o.mode != "optimize")
         refuse("--seeds must be at least 4 for derivatives: fewer passes do not show their variance");
     requirePositive(o.adjointSpp, "--adjoint-spp", 1u << 24);
-    if (o.steps == 0 || o.steps > 10'000'000)
-        refuse("--steps must be from 1 to 10000000");
-    requireFinite(o.finalRate, "--final-rate", 0, 1);
-    requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
-    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    validateOptimizer(o);
 }
 
 } // namespace
@@ -341,7 +353,8 @@ void validate(const Options& o) {
     if (o.command == Command::ListDevices || o.command == Command::Version)
         return;
     if (o.command == Command::None)
-        refuse("no command given", "one of render, gradient, optimize, compare, inspect, view, guide; see cmpg-vk --help");
+        refuse("no command given",
+               "a scene opens a window; commands are render, gradient, optimize, compare, inspect, view, guide; see cmpg-vk --help");
     if (o.input.empty())
         refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
                                                         : o.command == Command::Guide ? " needs a guide"
@@ -368,6 +381,8 @@ void validate(const Options& o) {
     if (o.scale)
         requireFinite(*o.scale, "--scale", 1e-30f, 1e30f);
 
+    if (o.command == Command::Open)
+        validateOpen(o);
     if (o.command == Command::Gradient)
         validateGradient(o);
     if (o.command == Command::Optimize)
