@@ -10,7 +10,8 @@ CMPG_CONST kPanelSigned = 1;      // mean over the channels times `factor`, in [
 CMPG_CONST kPanelScalar = 2;      // first channel times `factor`, in [0,1]: colours of growing lightness
 CMPG_CONST kPanelLogarithmic = 3; // first channel times `factor`, over `decades` powers of ten up to 1; 0 is black
 CMPG_CONST kPanelCells = 4;       // first channel is a number: a colour of its own for each
-CMPG_CONST kPanelPlain = 5;       // nothing but `background`
+CMPG_CONST kPanelDirection = 5;   // a direction in [-1,1]^3 as a colour, as normal maps are stored
+CMPG_CONST kPanelPlain = 6;       // nothing but `background`
 
 // The colour maps, rows of one texture with kPanelMapEntries columns from their lowest value to their highest.
 CMPG_CONST kPanelMapEntries = 1024;

@@ -76,6 +76,8 @@ void main() {
         rgb = mapped(kPanelMapHeat, v.r * panel.factor);
     else if (panel.kind == kPanelLogarithmic)
         rgb = v.r > 0 ? mapped(kPanelMapHeat, 1 + log(v.r * panel.factor) / (log(10) * panel.decades)) : vec3(0);
+    else if (panel.kind == kPanelDirection)
+        rgb = 0.5 + 0.5 * v;
     else
         rgb = cellColor(v.r);
     color = vec4(rgb, panel.opacity);
