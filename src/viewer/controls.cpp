@@ -75,8 +75,7 @@ void drawFigures(const Desk& desk) {
     };
     figure("step", std::to_string(state.step));
     figure("loss", state.loss && !state.loss->empty() ? shortNumber(state.loss->back()) : "");
-    figure("image", state.step ? milliseconds(state.secondsPrimal) : "");
-    figure("gradient", state.step ? milliseconds(state.secondsGradient) : "");
+    figure("image, gradient", state.step ? milliseconds(state.secondsPrimal) + ", " + milliseconds(state.secondsGradient) : "");
     figure("update", state.step ? milliseconds(state.secondsUpdate) : "");
 }
 
@@ -89,20 +88,22 @@ void select(Desk& desk, std::uint32_t parameter, bool on) {
     });
 }
 
-void drawParameters(Desk& desk) {
+void drawParameters(Desk& desk, std::size_t most) {
     if (!desk.state->scene)
         return;
     const auto& items = desk.state->scene->parameters;
-    static ImGuiTextFilter filter; // of the one window there is
+    static char wanted[64] = ""; // in the one window there is
     constexpr std::size_t kMany = 8;
-    if (items.size() > kMany)
-        filter.Draw("find", -3 * ImGui::GetFontSize());
+    if (items.size() > kMany) {
+        ImGui::SetNextItemWidth(-1);
+        ImGui::InputTextWithHint("##find", "part of a name", wanted, sizeof wanted);
+    }
     const std::vector<std::uint32_t> selected = desk.session.settings().parameters;
     const float row = ImGui::GetFrameHeight() + 2;
-    ImGui::BeginChild("parameters", {0, row * float(std::clamp<std::size_t>(items.size(), 2, 6)) + 8}, true);
+    ImGui::BeginChild("parameters", {0, row * float(std::clamp<std::size_t>(items.size(), 2, most)) + 8}, true);
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
     for (std::uint32_t i = 0; i < items.size(); ++i) {
-        if (!filter.PassFilter(items[i].name.c_str()))
+        if (items[i].name.find(wanted) == std::string::npos)
             continue;
         bool on = std::find(selected.begin(), selected.end(), i) != selected.end();
         if (ImGui::Checkbox(items[i].name.c_str(), &on))
@@ -132,18 +133,15 @@ void drawSampling(Desk& desk) {
     }
     tip("Where directions are drawn from: the materials (bsdf), the light that was found (primal),\nits derivatives (differential), "
         "or both (uniform, conditional). auto takes what is measured to be best.");
-    figure("in use", std::string(nameOf(state.sampling)) + (state.roulette ? ", roulette" : ""));
-    char share[64];
-    std::snprintf(share, sizeof share, "%.0f %%", 100 * state.guidedShare);
-    figure("drawn by the guide", share);
+    char share[32];
+    std::snprintf(share, sizeof share, ", %.0f %% guided", 100 * state.guidedShare);
+    figure("in use", std::string(nameOf(state.sampling)) + (state.roulette ? ", roulette" : "") + share);
     figure("learned from", std::to_string(state.guidePasses) + (state.guidePasses == 1 ? " pass, " : " passes, ") + std::to_string(state.guideCells) + " cells");
     if (state.settings.mode != LiveMode::Optimize) {
         if (ImGui::Button("Learn a pass", {-1, 0}))
             desk.session.train();
         tip("The guide learns where light and its derivatives come from. An optimisation teaches it by itself.");
     }
-    if (ImGui::Checkbox("Cells over the image", &desk.cells))
-        desk.applyLayers();
 }
 
 void drawOptimization(Desk& desk) {
@@ -153,20 +151,22 @@ void drawOptimization(Desk& desk) {
         desk.session.change([&](LiveSettings& s) { s.rateFactor = factor; });
     tip("On the learning rates of all parameters, while it runs");
     int spp = int(wished.spp), sppGradient = int(wished.sppGradient);
-    if (beginField("samples, image") && ImGui::SliderInt("##spp", &spp, 1, 256, "%d", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+    if (beginField("image samples") && ImGui::SliderInt("##spp", &spp, 1, 256, "%d", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
         desk.session.change([&](LiveSettings& s) { s.spp = std::uint32_t(spp); });
-    if (beginField("gradient") && ImGui::SliderInt("##sppg", &sppGradient, 1, 256, "%d", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+    if (beginField("gradient samples") && ImGui::SliderInt("##sppg", &sppGradient, 1, 256, "%d", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
         desk.session.change([&](LiveSettings& s) { s.sppGradient = std::uint32_t(sppGradient); });
     if (desk.state->views > 1) {
         int view = int(wished.view);
         if (beginField("target shown") && ImGui::SliderInt("##view", &view, 0, int(desk.state->views) - 1))
             desk.session.change([&](LiveSettings& s) { s.view = std::uint32_t(view); });
     }
-    if (beginField("start from"))
-        ImGui::SliderFloat("##fill", &desk.fill, 0, 1, "%.2f");
-    if (ImGui::Button("Forget the values, recover them", {-1, 0}))
+    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    if (ImGui::Button("Start from grey", {half, 0}))
         desk.session.fill(desk.fill);
     tip("All entries of the selected parameters become this grey; the steps then find what the target shows");
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(half);
+    ImGui::SliderFloat("##fill", &desk.fill, 0, 1, "%.2f");
     if (ImGui::Button("Take the image as target", {-1, 0}))
         desk.session.useImageAsTarget();
 }
@@ -205,8 +205,13 @@ void drawLook(Desk& desk) {
         "or one that you set");
     if (look.rule == ScaleRule::Fixed && beginField("scale"))
         ImGui::DragFloat("##scale", &look.fixedScale, 0.01f * look.fixedScale, 1e-9f, 1e9f, "%.3g");
-    if (ImGui::Checkbox("Normal, depth, albedo, guide", &desk.layers))
+    if (ImGui::Checkbox("Layers", &desk.layers))
         desk.applyLayers();
+    tip("Panels of normal, depth, albedo, guided share and cells");
+    ImGui::SameLine();
+    if (ImGui::Checkbox("Cells of the guide", &desk.cells))
+        desk.applyLayers();
+    tip("Over the image");
 }
 
 void drawSave(Desk& desk) {
@@ -230,9 +235,9 @@ void drawSave(Desk& desk) {
     }
     if (ImGui::Button("Scene with the values recovered", {-1, 0}))
         desk.saveScene();
-    if (desk.state->message.number > 0) {
+    if (!desk.saved.empty()) {
         ImGui::PushTextWrapPos(0);
-        ImGui::TextColored(kAccent, "%s", desk.state->message.text.c_str());
+        ImGui::TextColored(kAccent, "%s", desk.saved.c_str());
         ImGui::PopTextWrapPos();
     }
 }
@@ -254,8 +259,8 @@ void drawControls(Desk& desk, const Rectangle& area) {
     drawRun(desk);
     drawFigures(desk);
     section("Parameters");
-    drawParameters(desk);
     const bool optimizes = desk.state->settings.mode == LiveMode::Optimize;
+    drawParameters(desk, optimizes ? 4 : 8);
     if (optimizes) {
         section("Recovery");
         drawOptimization(desk);

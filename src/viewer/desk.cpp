@@ -7,6 +7,22 @@
 
 namespace cmpg::viewer {
 
+void Desk::update() {
+    state = session.state();
+    if (state->message.number != seenMessage) {
+        seenMessage = state->message.number;
+        saved = state->message.text;
+    }
+    if (state->pick && state->pick->number != seenPick) {
+        seenPick = state->pick->number;
+        inspector = true;
+        if (state->pick->hit && state->scene) {
+            pivot = state->pick->position;
+            pivotScene = state->scene->number;
+        }
+    }
+}
+
 glm::vec3 Desk::pivotOf(const Camera& camera) const {
     if (!state->scene)
         return {};

@@ -36,8 +36,11 @@ struct Desk {
     float fill = 0.5f; // what a recovery starts from
     std::optional<glm::vec3> direction, directionFound; // under the cursor in a map of the guide: last frame, this frame
     std::string folder = ".";
-    std::string saved, fileError; // what the window itself wrote last, and what went wrong in that
+    std::string saved, fileError; // the last message of something done, and what went wrong in the window's own doing
+    std::uint32_t seenMessage = 0;
     bool quit = false;
+
+    void update(); // takes over the latest state
 
     bool camera() const { return state->settings.mode != LiveMode::Optimize; } // it can be moved
     glm::vec3 pivotOf(const Camera& camera) const;

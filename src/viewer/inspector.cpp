@@ -106,17 +106,8 @@ void drawMap(Desk& desk, int index, const std::shared_ptr<const Image>& map, con
 
 } // namespace
 
-float inspectorWidth(Desk& desk, const Rectangle& area) {
-    const auto& pick = desk.state->pick;
-    if (pick && pick->number != desk.seenPick) {
-        desk.seenPick = pick->number;
-        desk.inspector = true;
-        if (pick->hit && desk.state->scene) {
-            desk.pivot = pick->position;
-            desk.pivotScene = desk.state->scene->number;
-        }
-    }
-    return desk.inspector && pick ? std::round(std::min(0.45f * area.width, 18 * ImGui::GetFontSize())) : 0;
+float inspectorWidth(const Desk& desk, const Rectangle& area) {
+    return desk.inspector && desk.state->pick ? std::round(std::min(0.45f * area.width, 18 * ImGui::GetFontSize())) : 0;
 }
 
 void drawInspector(Desk& desk, const Rectangle& area, std::vector<PanelQuad>& quads) {

@@ -5,8 +5,8 @@
 
 namespace cmpg::viewer {
 
-// Width of the column; 0 while it is closed. Opens by itself after a click.
-float inspectorWidth(Desk& desk, const Rectangle& area);
+// Width of the column; 0 while it is closed.
+float inspectorWidth(const Desk& desk, const Rectangle& area);
 void drawInspector(Desk& desk, const Rectangle& area, std::vector<PanelQuad>& quads);
 
 } // namespace cmpg::viewer

@@ -153,7 +153,7 @@ void drawPanel(Desk& desk, LivePicture picture, const Rectangle& tile, std::vect
         quads.push_back(quad);
     }
     drawMarks(desk, picture, *image, area, place);
-    drawLegend(look, {tile.x, area.bottom(), tile.width, legendHeight()});
+    drawLegend(look, {tile.x, std::clamp(place.bottom(), area.y, area.bottom()), tile.width, legendHeight()});
 }
 
 } // namespace

@@ -110,14 +110,14 @@ bool fly(Desk& desk) {
 
 } // namespace
 
-bool handleKeys(Desk& desk) {
+bool handleKeys(Desk& desk, std::span<const KeyPress> pressed) {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput)
         return false;
-    const Modifier modifier = io.KeyCtrl ? (io.KeyShift ? kCtrlShift : kCtrl) : kNone;
-    for (const Shortcut& shortcut : kShortcuts)
-        if (shortcut.modifier == modifier && ImGui::IsKeyPressed(shortcut.key, false))
-            shortcut.perform(desk);
+    for (const KeyPress& press : pressed)
+        for (const Shortcut& shortcut : kShortcuts)
+            if (shortcut.key == press.key && shortcut.modifier == (press.control ? (press.shift ? kCtrlShift : kCtrl) : kNone))
+                shortcut.perform(desk);
     return fly(desk);
 }
 

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "viewer/desk.h"
+#include "viewer/window.h"
 
 namespace cmpg::viewer {
 
-// Performs the shortcuts whose keys were pressed in this frame, and flies where flying keys are held. True: keys are held, and the next
-// frame should follow at once.
-bool handleKeys(Desk& desk);
+// Performs the shortcuts of these keys, and flies where flying keys are held. True: keys are held, and the next frame should follow at once.
+bool handleKeys(Desk& desk, std::span<const KeyPress> pressed);
 
 void drawHelp(Desk& desk); // the list, while desk.help
 

@@ -48,8 +48,9 @@ void applyTheme(float scale) {
     colors[ImGuiCol_FrameBg] = colors[ImGuiCol_Button] = colors[ImGuiCol_Header] = field;
     colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_ButtonHovered] = colors[ImGuiCol_HeaderHovered] = hover;
     colors[ImGuiCol_FrameBgActive] = colors[ImGuiCol_ButtonActive] = colors[ImGuiCol_HeaderActive] = active;
-    colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = kAccent;
-    colors[ImGuiCol_SliderGrabActive] = {1, 0.75f, 0.45f, 1};
+    colors[ImGuiCol_CheckMark] = kAccent;
+    colors[ImGuiCol_SliderGrab] = {0.60f, 0.40f, 0.19f, 1}; // numbers stand over it
+    colors[ImGuiCol_SliderGrabActive] = {0.72f, 0.48f, 0.22f, 1};
     colors[ImGuiCol_Separator] = {0.25f, 0.25f, 0.27f, 1};
     colors[ImGuiCol_TitleBg] = colors[ImGuiCol_TitleBgActive] = colors[ImGuiCol_TitleBgCollapsed] = field;
     colors[ImGuiCol_PlotLines] = kAccent;

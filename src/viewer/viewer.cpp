@@ -35,9 +35,9 @@ struct Interface {
 };
 
 // Builds one frame of the interface. True: the next should follow at once.
-bool buildFrame(Desk& desk, std::vector<PanelQuad>& quads) {
+bool buildFrame(Desk& desk, std::span<const KeyPress> keys, std::vector<PanelQuad>& quads) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const bool keysHeld = handleKeys(desk);
+    const bool keysHeld = handleKeys(desk, keys);
     const float controls = std::min(controlsWidth(), 0.5f * size.x), margin = std::round(0.8f * ImGui::GetFontSize());
     drawControls(desk, {0, 0, controls, size.y});
 
@@ -86,7 +86,7 @@ ExitCode runViewer(const Options& options) {
     constexpr double kIdle = 0.25, kBusy = 0.05; // seconds: looks at Ctrl-C and blinking cursors; turns the sign of work
     while (!window.closing() && !desk.quit && !interrupted) {
         window.wait(desk.state->busy ? kBusy : kIdle);
-        desk.state = session.state();
+        desk.update();
         for (const auto& file : window.takeDropped())
             desk.open(file);
         if (desk.state->version != shown || desk.state->busy)
@@ -106,7 +106,7 @@ ExitCode runViewer(const Options& options) {
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
         quads.clear();
-        if (buildFrame(desk, quads))
+        if (buildFrame(desk, window.takeKeys(), quads))
             window.requestFrames(1);
         ImGui::Render();
         scaleToPixels(quads);

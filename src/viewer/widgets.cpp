@@ -7,7 +7,7 @@ namespace cmpg::viewer {
 namespace {
 
 float columnOffset() {
-    return 7.6f * ImGui::GetFontSize();
+    return 8.6f * ImGui::GetFontSize();
 }
 
 } // namespace

@@ -42,7 +42,11 @@ Window::Window(const std::string& title, int width, int height) {
     glfwSetCursorEnterCallback(window_, [](GLFWwindow* w, int) { windowOf(w).requestFrames(); });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { windowOf(w).requestFrames(); });
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { windowOf(w).requestFrames(); });
-    glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { windowOf(w).requestFrames(); });
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+        if (action == GLFW_PRESS)
+            windowOf(w).keys_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0, (modifiers & GLFW_MOD_SHIFT) != 0});
+        windowOf(w).requestFrames();
+    });
     glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned int) { windowOf(w).requestFrames(); });
     glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int) { windowOf(w).requestFrames(); });
     glfwSetWindowIconifyCallback(window_, [](GLFWwindow* w, int) { windowOf(w).requestFrames(); });
@@ -100,6 +104,10 @@ void Window::requestFrames(int frames) {
 void Window::drop(std::vector<std::filesystem::path> files) {
     dropped_.insert(dropped_.end(), files.begin(), files.end());
     requestFrames();
+}
+
+std::vector<KeyPress> Window::takeKeys() {
+    return std::exchange(keys_, {});
 }
 
 std::vector<std::filesystem::path> Window::takeDropped() {

@@ -9,6 +9,12 @@ struct GLFWwindow;
 
 namespace cmpg::viewer {
 
+// A key that went down: GLFW's number of it.
+struct KeyPress {
+    int key = 0;
+    bool control = false, shift = false;
+};
+
 class Window {
   public:
     // Error(Device) that names --headless where there is no display.
@@ -29,6 +35,8 @@ class Window {
     bool takeFrame();
     void requestFrames(int frames = 3);
 
+    // Keys that went down since the last call. Frames may take longer than a key is held, so that its state tells nothing.
+    std::vector<KeyPress> takeKeys();
     // Files dropped since the last call.
     std::vector<std::filesystem::path> takeDropped();
     // What the display's drop event calls.
@@ -37,6 +45,7 @@ class Window {
   private:
     GLFWwindow* window_ = nullptr;
     int frames_ = 3;
+    std::vector<KeyPress> keys_;
     std::vector<std::filesystem::path> dropped_;
 };
 
