@@ -35,6 +35,21 @@ std::string parametersText(const LiveState& state) {
     return firstName(state) + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "");
 }
 
+std::string windowTitle(const LiveState& state, const std::string& scene) {
+    std::string text = scene + " - ";
+    if (state.settings.mode == LiveMode::Optimize)
+        text += "optimise, step " + std::to_string(state.step);
+    else if (state.settings.mode == LiveMode::Gradient)
+        text += "gradient, " + samplesText(state.gradientSamples);
+    else
+        text += "render, " + samplesText(state.imageSamples);
+    if (!state.notice.empty())
+        text += ", " + state.notice;
+    else if (!state.refining)
+        text += ", at rest";
+    return text + " - cmpg-vk";
+}
+
 std::string titleOf(const LiveState& state, LivePicture picture) {
     switch (picture) {
     case LivePicture::Difference: return "image \xe2\x88\x92 target";

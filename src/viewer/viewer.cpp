@@ -5,6 +5,7 @@
 #include "viewer/controls.h"
 #include "viewer/inspector.h"
 #include "viewer/panels.h"
+#include "viewer/picture_text.h"
 #include "viewer/present/presenter.h"
 #include "viewer/shortcuts.h"
 #include "viewer/status_line.h"
@@ -87,6 +88,7 @@ ExitCode runViewer(const Options& options) {
     while (!window.closing() && !desk.quit && !interrupted) {
         window.wait(desk.state->busy ? kBusy : kIdle);
         desk.update();
+        window.setTitle(windowTitle(*desk.state, desk.sceneName()));
         for (const auto& file : window.takeDropped())
             desk.open(file);
         if (desk.state->version != shown || desk.state->busy)

@@ -24,7 +24,7 @@ Window& windowOf(GLFWwindow* window) {
 
 } // namespace
 
-Window::Window(const std::string& title, int width, int height) {
+Window::Window(const std::string& title, int width, int height) : title_(title) {
     if (!glfwInit())
         refuse("no window can be opened");
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
@@ -67,6 +67,13 @@ bool Window::closing() const {
 
 void Window::close() {
     glfwSetWindowShouldClose(window_, GLFW_TRUE);
+}
+
+void Window::setTitle(const std::string& title) {
+    if (title == title_)
+        return;
+    title_ = title;
+    glfwSetWindowTitle(window_, title.c_str());
 }
 
 bool Window::minimised() const {

@@ -25,6 +25,7 @@ class Window {
     GLFWwindow* handle() const { return window_; }
     bool closing() const;
     void close();
+    void setTitle(const std::string& title);
     bool minimised() const;
     float scale() const; // of the display: 1 at about 96 dots an inch
 
@@ -45,6 +46,7 @@ class Window {
   private:
     GLFWwindow* window_ = nullptr;
     int frames_ = 3;
+    std::string title_;
     std::vector<KeyPress> keys_;
     std::vector<std::filesystem::path> dropped_;
 };
