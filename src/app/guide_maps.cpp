@@ -1,7 +1,7 @@
 // Pictures of what one cell of a guide would draw from.
 #include "app/guide_maps.h"
 
-#include "app/heat_colors.h"
+#include "app/display_image.h"
 
 #include <algorithm>
 #include <cmath>

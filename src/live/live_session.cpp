@@ -1,15 +1,25 @@
-// The front of a live session: wishes and snapshots.
+// The front of a session: wishes go into the mailbox, states come out of it.
 #include "live/live_session.h"
 
-#include <mutex>
+#include "live/live_mailbox.h"
+#include "live/live_worker.h"
+
+#include <thread>
 
 namespace cmpg {
 
 struct LiveSession::Impl {
-    mutable std::mutex mutex;
-    std::shared_ptr<const LiveState> state = std::make_shared<LiveState>();
-    LiveSettings wished;
-    std::function<void()> notify;
+    LiveMailbox mailbox;
+    std::thread worker;
+
+    Impl(const Options& options, std::function<void()> notify) : mailbox(std::move(notify)) {
+        mailbox.ask([&](LiveRequests&, LiveSettings& wished) { wished = LiveWorker::settingsAtStart(options); });
+        worker = std::thread([this, options] { LiveWorker(options, mailbox).run(); });
+    }
+    ~Impl() {
+        mailbox.ask([](LiveRequests& r, LiveSettings&) { r.quit = true; });
+        worker.join();
+    }
 };
 
 const char* livePictureName(LivePicture picture) {
@@ -20,32 +30,91 @@ const char* livePictureName(LivePicture picture) {
 
 bool isSigned(LivePicture p) { return p == LivePicture::Difference || p == LivePicture::Gradient || p == LivePicture::ParameterGradient; }
 
-LiveSession::LiveSession(const Options&, std::function<void()> notify) : impl_(std::make_unique<Impl>()) { impl_->notify = std::move(notify); }
+LiveSession::LiveSession(const Options& options, std::function<void()> notify) : impl_(std::make_unique<Impl>(options, std::move(notify))) {}
+
 LiveSession::~LiveSession() = default;
-std::shared_ptr<const LiveState> LiveSession::state() const {
-    const std::lock_guard lock(impl_->mutex);
-    return impl_->state;
-}
+
+std::shared_ptr<const LiveState> LiveSession::state() const { return impl_->mailbox.state(); }
+
+LiveSettings LiveSession::settings() const { return impl_->mailbox.wished(); }
+
 void LiveSession::set(const LiveSettings& settings) {
-    change([&](LiveSettings& s) { s = settings; });
+    impl_->mailbox.ask([&](LiveRequests&, LiveSettings& wished) {
+        const LiveSettings before = std::exchange(wished, settings);
+        if (settings.scene == before.scene)
+            return;
+        wished.scene = before.scene;
+        wished.camera = before.camera;
+        wished.parameters = before.parameters;
+        wished.view = before.view;
+    });
 }
-LiveSettings LiveSession::settings() const {
-    const std::lock_guard lock(impl_->mutex);
-    return impl_->wished;
-}
+
 void LiveSession::change(const std::function<void(LiveSettings&)>& edit) {
-    const std::lock_guard lock(impl_->mutex);
-    edit(impl_->wished);
+    impl_->mailbox.ask([&](LiveRequests&, LiveSettings& wished) {
+        const std::uint32_t scene = wished.scene;
+        edit(wished);
+        wished.scene = scene;
+    });
 }
-void LiveSession::stepOnce(std::uint32_t) {}
-void LiveSession::reset() {}
-void LiveSession::fill(float) {}
-void LiveSession::train(std::uint32_t) {}
-void LiveSession::openScene(const std::filesystem::path&) {}
-void LiveSession::openTarget(const std::string&) {}
-void LiveSession::useImageAsTarget() {}
-void LiveSession::pick(int, int) {}
-void LiveSession::save(LivePicture, const std::filesystem::path&, const LiveLook&) {}
-void LiveSession::saveScene(const std::filesystem::path&) {}
+
+void LiveSession::stepOnce(std::uint32_t steps) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.steps += steps; });
+}
+
+void LiveSession::reset() {
+    impl_->mailbox.ask([](LiveRequests& r, LiveSettings&) {
+        r.reset = true;
+        r.fill.reset();
+        r.steps = 0;
+    });
+}
+
+void LiveSession::fill(float value) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        r.fill = value;
+        r.steps = 0;
+    });
+}
+
+void LiveSession::train(std::uint32_t passes) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.train += passes; });
+}
+
+void LiveSession::openScene(const std::filesystem::path& file) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        const std::vector<LiveSave> saves = std::move(r.saves); // of what was seen before
+        r = {};
+        r.saves = saves;
+        r.scene = file;
+    });
+}
+
+void LiveSession::openTarget(const std::string& target) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        r.target = target;
+        r.imageAsTarget = false;
+    });
+}
+
+void LiveSession::useImageAsTarget() {
+    impl_->mailbox.ask([](LiveRequests& r, LiveSettings&) {
+        r.imageAsTarget = true;
+        r.target.reset();
+    });
+}
+
+void LiveSession::pick(int x, int y) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.pick = {x, y}; });
+}
+
+void LiveSession::save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look) {
+    const std::shared_ptr<const Image> image = state()->picture(picture);
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({image, picture, file, look}); });
+}
+
+void LiveSession::saveScene(const std::filesystem::path& folder) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.sceneFolder = folder; });
+}
 
 } // namespace cmpg

@@ -72,6 +72,8 @@ struct LiveScene {
     std::vector<Item> parameters;
     std::vector<Camera> cameras; // never empty
     glm::vec3 lower{0}, upper{0}; // the box around all triangles, for moving about
+    // The scene's own origin is here subtracted from all positions, cameras and picks included: add it to show a position.
+    glm::dvec3 center{0};
     std::vector<std::string> warnings;
 };
 
@@ -80,7 +82,7 @@ struct LivePick {
     std::uint32_t number = 0; // counts picks
     int x = 0, y = 0;         // pixel
     bool hit = false;         // all below only where something was hit
-    glm::vec3 position{0}, normal{0}; // world space; the triangle's normal, towards the camera
+    glm::vec3 position{0}, normal{0}; // coordinates as the cameras'; the triangle's normal, towards the camera
     std::string material;
     // The guide there; null where none has learned yet.
     std::shared_ptr<const GuideCell> guide;
@@ -119,6 +121,7 @@ struct LiveState {
     std::uint32_t gradientSamples = 0; // per pixel, of Gradient
     // Gradient is a fading mean over the last steps, whose parameters differed: only while an optimisation runs.
     bool gradientFading = false;
+    bool preview = false;  // Image (and Gradient) are of a smaller size, made in haste: the view has just changed
     bool refining = false; // false: paused, or sppLimit is reached, or there is nothing to do
     double samplesPerSecond = 0;
 
@@ -183,7 +186,7 @@ class LiveSession {
     // "FILE" or "CAMERA=FILE". Replaces all targets; without a camera, the scene's camera by the name of settings().camera is taken.
     void openTarget(const std::string& target);
     void useImageAsTarget(); // what `Image` shows now, with its camera, replaces all targets
-    void pick(int x, int y); // pixel of Image, row 0 on top
+    void pick(int x, int y); // pixel of an Image of the size in the settings (Optimize: the target's), row 0 on top
 
     // What the latest state shows, as .exr or .png by the file's ending. The message, or the error, tells of the result.
     void save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look = {});

@@ -1,7 +1,7 @@
 // Colour bars with their scale, drawn with Dear ImGui.
 #include "viewer/legend.h"
 
-#include "app/heat_colors.h"
+#include "app/display_image.h"
 #include "app/signed_colors.h"
 #include "viewer/theme.h"
 

@@ -1,7 +1,7 @@
 // Draws the images of a frame: textures by image, one pipeline, the colour maps.
 #include "viewer/present/panel_drawing.h"
 
-#include "app/heat_colors.h"
+#include "app/display_image.h"
 #include "app/signed_colors.h"
 
 #include "panel_frag.h"

@@ -1,0 +1,38 @@
+// Sums over the samples of every pixel, which passes continue: any split of N samples into passes leaves the bits of one pass of N.
+#pragma once
+
+#include "scene/image.h"
+#include "shared/film.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cmpg {
+
+// First-hit features of the camera rays, averaged over the samples.
+struct Layers {
+    Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
+    Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
+
+    Layers() = default;
+    Layers(int width, int height, std::uint32_t spp);
+    void set(std::size_t pixel, const gpu::LayerSample& sums);
+};
+
+struct Film {
+    int width = 0, height = 0;
+    std::uint32_t samples = 0;             // per pixel so far
+    std::vector<gpu::FilmPixel> pixels;
+    std::vector<gpu::LayerSample> layerSums; // empty: no layers
+
+    Film() = default;
+    Film(int width, int height, bool layers = false);
+    bool hasLayers() const { return !layerSums.empty(); }
+    // Both need samples > 0.
+    Image image() const;
+    Layers layers() const;
+};
+
+glm::dvec3 meanOf(const gpu::FilmPixel& pixel, std::uint32_t samples);
+
+} // namespace cmpg
