@@ -17,7 +17,8 @@ CMPG_CONST kPanelPlain = 6;       // nothing but `background`
 CMPG_CONST kPanelMapEntries = 1024;
 CMPG_CONST kPanelMapSigned = 0;
 CMPG_CONST kPanelMapHeat = 1;
-CMPG_CONST kPanelMaps = 2;
+CMPG_CONST kPanelMapLabels = 2; // no order: a colour for each number, modulo the entries
+CMPG_CONST kPanelMaps = 3;
 
 struct PanelPush {
     vec2 place, extent; // of the whole image in the window, pixels

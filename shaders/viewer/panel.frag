@@ -42,15 +42,6 @@ vec3 mapped(uint map, float t) {
     return encode(mix(texelFetch(maps, ivec2(entry, map), 0).rgb, texelFetch(maps, ivec2(entry + 1, map), 0).rgb, place - float(entry)));
 }
 
-// A number's own colour: hues by the golden ratio, so that neighbours differ.
-vec3 cellColor(float number) {
-    if (number < 0)
-        return vec3(0);
-    const float hue = fract(number * 0.61803399);
-    const float light = 0.55 + 0.35 * fract(number * 0.7548777);
-    return light * clamp(abs(fract(hue + vec3(0, 2, 1) / 3) * 6 - 3) - 1, 0.15, 1);
-}
-
 void main() {
     if (panel.kind == kPanelPlain) {
         color = panel.background;
@@ -77,8 +68,8 @@ void main() {
     else if (panel.kind == kPanelLogarithmic)
         rgb = v.r > 0 ? mapped(kPanelMapHeat, 1 + log(v.r * panel.factor) / (log(10) * panel.decades)) : vec3(0);
     else if (panel.kind == kPanelDirection)
-        rgb = 0.5 + 0.5 * v;
+        rgb = encode(0.5 + 0.5 * v);
     else
-        rgb = cellColor(v.r);
+        rgb = v.r < 0 ? vec3(0) : encode(texelFetch(maps, ivec2(uint(v.r) % kPanelMapEntries, kPanelMapLabels), 0).rgb);
     color = vec4(rgb, panel.opacity);
 }

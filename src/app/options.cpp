@@ -64,7 +64,7 @@ std::string kind(const std::string& value, const std::string& initial) {
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check: 16"))->group(sampling);
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check, a step in a window: 16"))->group(sampling);
     addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
         ->option_text(kind("N", "as --spp; optimize, also in compare: 4"))
         ->group(sampling);
@@ -298,13 +298,13 @@ const char* commandName(Command command) {
 std::uint32_t Options::effectiveSpp() const {
     if (spp)
         return *spp;
-    return command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
+    return command == Command::Open || command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
 }
 
 std::uint32_t Options::effectiveSppGradient() const {
     if (sppGradient)
         return *sppGradient;
-    return command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
+    return command == Command::Open || command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
 }
 
 std::uint32_t Options::effectiveTrain() const {

@@ -83,7 +83,7 @@ std::string detailOf(const LiveState& state, LivePicture picture) {
 std::string emptyText(const LiveState& state, LivePicture picture) {
     const bool needsTarget = picture == LivePicture::Target || picture == LivePicture::Difference || picture == LivePicture::ParameterGradient;
     if (needsTarget && state.settings.mode == LiveMode::Optimize && state.views == 0)
-        return "no target: drop an image, or use this one";
+        return "no target";
     if (picture == LivePicture::Gradient && state.settings.parameters.empty())
         return "select a parameter";
     if (picture == LivePicture::ParameterGradient && state.step == 0)

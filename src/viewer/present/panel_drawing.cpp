@@ -43,9 +43,10 @@ Image colorMaps() {
     Image maps(int(gpu::kPanelMapEntries), int(gpu::kPanelMaps), 3);
     for (int x = 0; x < maps.width; ++x) {
         const double t = double(x) / (maps.width - 1);
-        const Color signedRow = signedColor(2 * t - 1), heatRow = heatColor(t);
+        const Color signedRow = signedColor(2 * t - 1), heatRow = heatColor(t), labelRow = labelColor(std::uint32_t(x));
         std::copy(signedRow.begin(), signedRow.end(), maps.at(x, int(gpu::kPanelMapSigned)));
         std::copy(heatRow.begin(), heatRow.end(), maps.at(x, int(gpu::kPanelMapHeat)));
+        std::copy(labelRow.begin(), labelRow.end(), maps.at(x, int(gpu::kPanelMapLabels)));
     }
     return maps;
 }
