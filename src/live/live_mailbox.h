@@ -19,7 +19,8 @@ struct LiveSave {
 
 // What was asked for since the worker looked last.
 struct LiveRequests {
-    bool quit = false, reset = false, imageAsTarget = false;
+    bool quit = false, reset = false;
+    std::shared_ptr<const LiveState> imageAsTarget; // the state that shows the image
     std::optional<float> fill;
     std::uint32_t steps = 0, train = 0;
     std::optional<std::filesystem::path> scene;

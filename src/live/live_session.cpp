@@ -93,13 +93,13 @@ void LiveSession::openScene(const std::filesystem::path& file) {
 void LiveSession::openTarget(const std::string& target) {
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
         r.target = target;
-        r.imageAsTarget = false;
+        r.imageAsTarget = nullptr;
     });
 }
 
 void LiveSession::useImageAsTarget() {
-    impl_->mailbox.ask([](LiveRequests& r, LiveSettings&) {
-        r.imageAsTarget = true;
+    impl_->mailbox.ask([shown = state()](LiveRequests& r, LiveSettings&) {
+        r.imageAsTarget = shown;
         r.target.reset();
     });
 }

@@ -150,22 +150,29 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
         answer(r);
         return;
     }
+    attempt([&] {
+        if (r.target)
+            scene_->openTarget(options_, *r.target, wished.camera.name);
+        else if (r.imageAsTarget)
+            useAsTarget(*r.imageAsTarget);
+        if (r.target || r.imageAsTarget)
+            work_->targetsChanged();
+    });
     if (wished.scene == work_->settings().scene)
         work_->setSettings(work_->sanitised(wished));
     answer(r);
-    attempt([&] {
-        if (r.target || r.imageAsTarget) {
-            if (r.target)
-                scene_->openTarget(options_, *r.target, work_->settings().camera.name);
-            else if (const auto& image = state_.picture(LivePicture::Image); image && !state_.preview)
-                scene_->setTarget(*work_->view().camera, *image);
-            work_->targetsChanged();
-        }
-        if (r.reset || r.fill)
-            work_->reset(r.fill);
-    });
+    if (r.reset || r.fill)
+        attempt([&] { work_->reset(r.fill); });
     work_->addTraining(r.train);
     work_->addSteps(r.steps);
+}
+
+void LiveWorker::useAsTarget(const LiveState& shown) {
+    const auto& image = shown.picture(LivePicture::Image);
+    if (!image || shown.preview || shown.settings.scene != work_->settings().scene)
+        throw Error(ExitCode::Usage, "there is no image yet to make a target of", "the view has just changed", "wait for the image");
+    const bool ofTarget = shown.settings.mode == LiveMode::Optimize && shown.settings.view < scene_->views();
+    scene_->setTarget(ofTarget ? scene_->cameras[shown.settings.view] : shown.settings.camera, *image);
 }
 
 void LiveWorker::betweenSubmissions() {

@@ -16,6 +16,7 @@ class LiveWorker {
     void openDevice();
     void openScene(const Options& options);
     void apply(LiveRequests& requests, const LiveSettings& wished);
+    void useAsTarget(const LiveState& shown);
     void betweenSubmissions(); // of a pass; throws LiveInterrupted where it is of no more use
     void answer(const LiveRequests& quick); // picks and files
     // Runs something that may fail; false: it did, and the state says how.

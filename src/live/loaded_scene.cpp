@@ -51,7 +51,9 @@ LiveSettings LoadedScene::initialSettings(const Options& options) const {
     return s;
 }
 
-void LoadedScene::openTargets(const Options& options) {
+void LoadedScene::openTargets(const Options& given) {
+    Options options = given;
+    options.width = options.height = {}; // of other pictures: a target has its own
     std::vector<Target> opened;
     std::vector<Camera> seen;
     std::vector<std::string> texts = options.target;

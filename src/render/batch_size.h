@@ -13,7 +13,7 @@ class BatchSize {
     // A submission of `paths` paths took `seconds` and should take `target`.
     void observe(std::uint32_t paths, double seconds, double target) {
         // Parts of an image differ in cost, so aim lower; and grow slowly, for what is too long is felt.
-        constexpr double kAim = 0.6, kGrowth = 1.5, kShrink = 0.25;
+        constexpr double kAim = 0.7, kGrowth = 1.5, kShrink = 0.25;
         const double factor = std::clamp(kAim * target / std::max(seconds, 1e-6), kShrink, kGrowth);
         if (factor > 1 && paths < paths_)
             return; // the end of a pass: a small batch says little about large ones

@@ -4,6 +4,8 @@
 #include "guiding/sd_tree.h"
 #include "live/camera_ray.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <numeric>
 
 namespace cmpg::test {
@@ -54,10 +56,38 @@ TEST(LivePick, FindsTheCellOfThePointAndItsDistributions) {
     EXPECT_GT(withDerivative, 0);
 }
 
+TEST(LivePick, IsAnsweredInTheMidstOfAStep) {
+    Options options = liveOptions("door", 192);
+    options.command = Command::Optimize;
+    options.param = {"painting.baseColor"};
+    options.spp = 512; // a step takes many seconds
+    options.maxDepth = 8;
+    options.width = options.height = {};
+    Watched live(options);
+    live.until([](const LiveState& s) { return s.refining && !s.busy && s.notice.empty(); }, "the step");
+    std::vector<double> times;
+    for (std::uint32_t i = 1; i <= 20; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(23));
+        const auto start = std::chrono::steady_clock::now();
+        live->pick(int(4 * i), 50);
+        const auto state = live.until([&](const LiveState& s) { return s.pick && s.pick->number == i; }, "a pick");
+        times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        EXPECT_EQ(state->step, 0u);
+    }
+    std::sort(times.begin(), times.end());
+    std::printf("a pick is answered after %.0f ms in the median, %.0f ms at most\n", 1e3 * times[10], 1e3 * times.back());
+    EXPECT_LT(times[10], 0.5); // 20 ms and room for a busy machine
+    const auto start = std::chrono::steady_clock::now();
+    live.close();
+    const double ending = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::printf("the step ended after %.0f ms\n", 1e3 * ending);
+    EXPECT_LT(ending, 1);
+}
+
 TEST(LivePick, RaysAreThoseOfTheRenderer) {
     Scene scene = loadGltf(sceneFile("materials"));
     Device device{Device::Options{}};
-    Renderer renderer(device, scene, {.differentiable = {}, .maxDepth = 1});
+    Renderer renderer(device, scene, {});
     constexpr int kEdge = 48;
     const View view{&scene.cameras.front(), kEdge, kEdge / 2};
     Layers layers;
