@@ -68,15 +68,15 @@ void drawFigures(const Desk& desk) {
             figure("of the gradient", std::to_string(state.gradientSamples));
         return;
     }
-    const auto milliseconds = [](double seconds) {
+    const auto duration = [](double seconds) {
         char text[32];
-        std::snprintf(text, sizeof text, seconds < 9.9995 ? "%.0f ms" : "%.1f s", seconds < 9.9995 ? seconds * 1e3 : seconds);
+        std::snprintf(text, sizeof text, seconds < 0.9995 ? "%.0f ms" : "%.1f s", seconds < 0.9995 ? seconds * 1e3 : seconds);
         return std::string(text);
     };
     figure("step", std::to_string(state.step));
     figure("loss", state.loss && !state.loss->empty() ? shortNumber(state.loss->back()) : "");
-    figure("image, gradient", state.step ? milliseconds(state.secondsPrimal) + ", " + milliseconds(state.secondsGradient) : "");
-    figure("update", state.step ? milliseconds(state.secondsUpdate) : "");
+    figure("image, gradient", state.step ? duration(state.secondsPrimal) + ", " + duration(state.secondsGradient) : "");
+    figure("update", state.step ? duration(state.secondsUpdate) : "");
 }
 
 // The first selected is the one whose texture is shown, so the order of selection is kept.
@@ -134,8 +134,9 @@ void drawSampling(Desk& desk) {
     tip("Where directions are drawn from: the materials (bsdf), the light that was found (primal),\nits derivatives (differential), "
         "or both (uniform, conditional). auto takes what is measured to be best.");
     char share[32];
-    std::snprintf(share, sizeof share, ", %.0f %% guided", 100 * state.guidedShare);
-    figure("in use", std::string(nameOf(state.sampling)) + (state.roulette ? ", roulette" : "") + share);
+    std::snprintf(share, sizeof share, "%.0f %% of directions", 100 * state.guidedShare);
+    figure("in use", std::string(nameOf(state.sampling)) + (state.roulette ? ", roulette" : ""));
+    figure("guided", share);
     figure("learned from", std::to_string(state.guidePasses) + (state.guidePasses == 1 ? " pass, " : " passes, ") + std::to_string(state.guideCells) + " cells");
     if (state.settings.mode != LiveMode::Optimize) {
         if (ImGui::Button("Learn a pass", {-1, 0}))

@@ -15,12 +15,29 @@ void Desk::update() {
     }
     if (state->pick && state->pick->number != seenPick) {
         seenPick = state->pick->number;
-        inspector = true;
+        seenFrom = pickState();
         if (state->pick->hit && state->scene) {
             pivot = state->pick->position;
             pivotScene = state->scene->number;
         }
     }
+    refreshPick();
+}
+
+// What the guide learned since is worth another look, from where the first one was.
+void Desk::refreshPick() {
+    if (!inspector || !state->pick || !state->pick->hit || !seenFrom)
+        return;
+    const PickState now = pickState();
+    if (now.passes == seenFrom->passes || now.scene != seenFrom->scene || now.mode != seenFrom->mode || now.view != seenFrom->view ||
+        (camera() && now.eye != seenFrom->eye))
+        return;
+    seenFrom = now;
+    session.pick(state->pick->x, state->pick->y);
+}
+
+Desk::PickState Desk::pickState() const {
+    return {state->guidePasses, state->scene ? state->scene->number : 0, state->settings.mode, state->settings.view, state->settings.camera.toWorld};
 }
 
 glm::vec3 Desk::pivotOf(const Camera& camera) const {
@@ -52,6 +69,7 @@ glm::ivec2 Desk::imageSize() const {
 
 void Desk::pick(glm::ivec2 pixel, const Image& shown) {
     const glm::ivec2 size = imageSize();
+    inspector = true;
     session.pick(pixel.x * size.x / shown.width, pixel.y * size.y / shown.height);
 }
 

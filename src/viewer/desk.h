@@ -41,6 +41,17 @@ struct Desk {
     bool quit = false;
 
     void update(); // takes over the latest state
+    void refreshPick();
+
+    // What the point of a pick depends on, and how much the guide had learned.
+    struct PickState {
+        std::uint32_t passes = 0, scene = 0;
+        LiveMode mode = LiveMode::Render;
+        std::uint32_t view = 0;
+        glm::mat4 eye{1};
+    };
+    std::optional<PickState> seenFrom;
+    PickState pickState() const;
 
     bool camera() const { return state->settings.mode != LiveMode::Optimize; } // it can be moved
     glm::vec3 pivotOf(const Camera& camera) const;

@@ -50,11 +50,14 @@ void drawGuideArrow(const Desk& desk, const Rectangle& place) {
             direction = directionAt(*peak);
     if (!camera || !direction)
         return;
-    // As long as half the scene's box, shorter where it would end behind the camera.
+    // As long as half the scene's box, shorter where it would end outside the image or behind the camera.
     float length = 0.5f * glm::length(state.scene->upper - state.scene->lower);
     std::optional<glm::vec2> end;
-    for (int i = 0; i < 12 && !end; ++i, length *= 0.6f)
+    for (int i = 0; i < 30; ++i, length *= 0.85f) {
         end = project(*camera, pick->position + *direction * length, size.x, size.y);
+        if (end && end->x > 0 && end->y > 0 && end->x < float(size.x) && end->y < float(size.y))
+            break;
+    }
     if (!end)
         return;
     const ImVec2 to = onScreen(*end);

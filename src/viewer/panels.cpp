@@ -71,7 +71,7 @@ void handleMouse(Desk& desk, LivePicture picture, const Image& image, const Rect
     const bool clicked = ImGui::IsItemDeactivated() && ImGui::IsMouseReleased(ImGuiMouseButton_Left) &&
                          io.MouseDragMaxDistanceSqr[ImGuiMouseButton_Left] < kClick * kClick;
     if (clicked && groupOf(picture) == Group::Image)
-        if (const auto pixel = pixelAt(mouse, image.width, image.height, place))
+        if (const auto pixel = pixelAt({io.MouseClickedPos[0].x, io.MouseClickedPos[0].y}, image.width, image.height, place))
             desk.pick(*pixel, image);
 }
 
@@ -106,8 +106,9 @@ void drawCaption(const Desk& desk, LivePicture picture, const Rectangle& tile) {
     const std::string title = shortened(titleOf(state, picture), tile.width - valueWidth - gap);
     draw.AddText({tile.x, tile.y}, packed(kInk), title.c_str());
     const float titleWidth = ImGui::CalcTextSize(title.c_str()).x;
-    const std::string detail = shortened(detailOf(state, picture), tile.width - titleWidth - valueWidth - 2 * gap);
-    draw.AddText({tile.x + titleWidth + gap, tile.y}, packed(kDim), detail.c_str());
+    const std::string detail = detailOf(state, picture);
+    if (ImGui::CalcTextSize(detail.c_str()).x <= tile.width - titleWidth - valueWidth - 2 * gap)
+        draw.AddText({tile.x + titleWidth + gap, tile.y}, packed(kDim), detail.c_str());
     draw.AddText({tile.right() - valueWidth, tile.y}, packed(kAccent), value.c_str());
 }
 

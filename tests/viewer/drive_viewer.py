@@ -165,17 +165,19 @@ def optimize(display, folder):
 def inspector(display, folder):
     viewer = Viewer(display, folder, "box", "--width", 160, "--spp", 4)
     viewer.wait_title("render, 4 samples, at rest")
-    viewer.key("t")
-    wait_until(lambda: "learn" in viewer.title() or True, 5, "learning")
-    viewer.key("z")
+    viewer.key("t", "z")
     place = viewer.shown(pictures.read_png(viewer.save("box-image.png")), "image")
     before = display.screen()
-    display.xdotool("mousemove", place[0] + 80, place[1] + 120, "click", 1)
+    display.xdotool("mousemove", place[0] + 80, place[1] + 120, "sleep", 0.3, "click", 1, "sleep", 0.5)
     viewer.park()
     # The column of the maps stands at the right: warm colours of the map of light, where nothing but the image's ground was.
     def warm(screen):
         return sum(1 for y in range(200, 860, 4) for x in range(1180, 1420, 4) if screen.at(x, y)[0] > screen.at(x, y)[2] + 60)
-    wait_until(lambda: warm(display.screen()) > warm(before) + 200, PATIENCE, "maps of the guide")
+    try:
+        wait_until(lambda: warm(display.screen()) > warm(before) + 200, PATIENCE, "maps of the guide")
+    except AssertionError:
+        pictures.write_png("viewer-inspector.png", display.screen())
+        raise
     viewer.key("Escape")
     viewer.quit()
 
