@@ -22,4 +22,5 @@ target_link_libraries(cmpg-viewer PRIVATE cmpg_viewer)
 # The program holds the same libraries: the module must use its own copy of them and show nothing but its entry. Debian's Dear ImGui is
 # compiled for executables (-fPIE), which binding symbols locally makes fit for a module.
 target_link_options(cmpg-viewer PRIVATE -Wl,-Bsymbolic -Wl,--exclude-libs,ALL)
+add_dependencies(cmpg-vk cmpg-viewer) # which it loads
 install(TARGETS cmpg-viewer LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})

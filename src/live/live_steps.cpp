@@ -1,7 +1,6 @@
 // The optimisation of a session: one step at a time, with what is shown of it.
 #include "app/optimize_options.h"
 #include "live/live_work.h"
-#include "live/optimize_model.h"
 #include "optimize/run_folder.h"
 
 #include <algorithm>
@@ -23,6 +22,7 @@ void LiveWork::dropOptimization(bool keepState) {
         state_.secondsPrimal = state_.secondsGradient = state_.secondsUpdate = state_.rate = 0;
     }
     optimization_.reset();
+    shownModel_.reset();
     model_.reset();
 }
 
@@ -34,7 +34,8 @@ void LiveWork::ensureOptimization() {
     std::vector<View> views;
     for (std::size_t v = 0; v < scene_.views(); ++v)
         views.push_back(scene_.view(v));
-    model_ = std::make_unique<Model>(RendererModel(*renderer_, *passes_, views), [this](std::size_t view, const Image& image) {
+    model_ = std::make_unique<RendererModel>(*renderer_, *passes_, views);
+    shownModel_ = std::make_unique<ObservedModel>(*model_, [this](std::size_t view, const Image& image) {
         if (view != settings_.view)
             return;
         state_.imageSamples = settings_.spp;
@@ -52,7 +53,7 @@ void LiveWork::ensureOptimization() {
         state.moments.push_back(initialMoments(config.optimizer, scene_.scene.parameters[p]));
         state.moments.back().start = kept_.step;
     }
-    optimization_ = std::make_unique<Optimization>(*model_, scene_.scene, std::move(config), settings_.parameters, std::move(state));
+    optimization_ = std::make_unique<Optimization>(*shownModel_, scene_.scene, std::move(config), settings_.parameters, std::move(state));
 }
 
 void LiveWork::step() {

@@ -2,7 +2,6 @@
 #include "live/live_work.h"
 
 #include "live/guide_pick.h"
-#include "live/optimize_model.h"
 
 #include <algorithm>
 #include <chrono>

@@ -261,7 +261,7 @@ void drawControls(Desk& desk, const Rectangle& area) {
     drawFigures(desk);
     section("Parameters");
     const bool optimizes = desk.state->settings.mode == LiveMode::Optimize;
-    drawParameters(desk, optimizes ? 4 : 8);
+    drawParameters(desk, optimizes ? 3 : 8);
     if (optimizes) {
         section("Recovery");
         drawOptimization(desk);

@@ -1,20 +1,21 @@
-// The image model of a session's optimisation: shows the images it makes.
+// An image model that shows the images it makes to somebody.
 #pragma once
 
-#include "live/live_work.h"
+#include "optimize/image_model.h"
 
 namespace cmpg {
 
-class LiveWork::Model final : public ImageModel {
+class ObservedModel final : public ImageModel {
   public:
-    using Shown = std::function<void(std::size_t view, const Image& image)>;
-    Model(RendererModel inner, Shown shown) : inner_(std::move(inner)), shown_(std::move(shown)) {}
+    using Observer = std::function<void(std::size_t view, const Image& image)>;
+    // `inner` outlives it.
+    ObservedModel(ImageModel& inner, Observer observer) : inner_(inner), observer_(std::move(observer)) {}
 
     std::size_t views() const override { return inner_.views(); }
     std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override {
         Image image = inner_.render(view, spp, key);
-        shown_(view, image);
+        observer_(view, image);
         return image;
     }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
@@ -25,8 +26,8 @@ class LiveWork::Model final : public ImageModel {
     void endStep() override { inner_.endStep(); }
 
   private:
-    RendererModel inner_;
-    Shown shown_;
+    ImageModel& inner_;
+    Observer observer_;
 };
 
 } // namespace cmpg
