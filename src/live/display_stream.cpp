@@ -113,9 +113,11 @@ struct DisplayStream::Impl {
         thread.join();
     }
 
+    static constexpr const char* kGoesOn = "; the run goes on without it, and tries again now and then";
+
     void warn(const std::string& what) {
         if (!std::exchange(warned, true))
-            logWarn("display server " + address.host + ":" + address.port + ": " + what + "; the run goes on without it, and tries again now and then");
+            logWarn("display server " + address.host + ":" + address.port + ": " + what);
     }
 
     // When to give up: at once when the run has ended long enough ago.
@@ -142,7 +144,7 @@ struct DisplayStream::Impl {
         hints.ai_socktype = SOCK_STREAM;
         addrinfo* found = nullptr;
         if (const int error = ::getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &found); error != 0)
-            return warn(gai_strerror(error));
+            return warn(gai_strerror(error) + std::string(kGoesOn));
         const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> all(found, &::freeaddrinfo);
         std::string cause = "nobody answers";
         for (const addrinfo* a = found; a && !socket; a = a->ai_next) {
@@ -163,7 +165,7 @@ struct DisplayStream::Impl {
                 cause = std::strerror(error);
         }
         if (!socket)
-            return warn(cause);
+            return warn(cause + kGoesOn);
         const std::lock_guard lock(mutex);
         for (const auto& [name, image] : latest)
             waiting.insert(name);
@@ -230,7 +232,7 @@ struct DisplayStream::Impl {
             } else if (!send(name, *image)) {
                 disconnect();
                 nextTry = Clock::now() + kRetry;
-                warn(Clock::now() < deadline() ? "the connection was closed" : "it is too slow for the last images");
+                warn(Clock::now() < deadline() ? "the connection was closed" + std::string(kGoesOn) : "too slow for the last images");
             }
         }
     }

@@ -160,7 +160,8 @@ class LiveSession {
     // Starts the work and returns at once; device and scene are opened by the worker. `options`: as for the headless commands; of interest
     // are the scene, --param, --set, --target, --sampling, --spp, sizes, --seed, --device and so on, whatever the command. Without --param the
     // first textured parameter is selected; without --target a file target.exr beside the scene is taken if there is one.
-    // `notify` is called by the worker whenever there is a new state; it must return quickly and may be called until the destructor returns.
+    // `notify` is called by the worker whenever there is a new state; it must return quickly, and may be called from before the
+    // constructor returns until the destructor does.
     explicit LiveSession(const Options& options, std::function<void()> notify = {});
     // Ends the work after the submission in flight.
     ~LiveSession();
