@@ -85,8 +85,10 @@ ExitCode runViewer(const Options& options) {
     std::uint64_t shown = ~std::uint64_t(0);
     std::vector<PanelQuad> quads;
     constexpr double kIdle = 0.25, kBusy = 0.05; // seconds: looks at Ctrl-C and blinking cursors; turns the sign of work
+    bool hidden = false; // minimised, or without area: nothing can be drawn, whatever happens
     while (!window.closing() && !desk.quit && !interrupted) {
-        window.wait(desk.state->busy ? kBusy : kIdle);
+        const double patience = desk.state->busy ? kBusy : kIdle;
+        window.wait(window.framesDue() && !hidden ? 0 : patience);
         desk.update();
         window.setTitle(windowTitle(*desk.state, desk.sceneName()));
         for (const auto& file : window.takeDropped())
@@ -95,14 +97,16 @@ ExitCode runViewer(const Options& options) {
             window.requestFrames(1);
         if (ImGui::GetIO().WantTextInput)
             window.requestFrames(1);
-        if (window.minimised() || !window.takeFrame())
+        hidden = window.minimised();
+        if (hidden || !window.takeFrame())
             continue;
         if (window.scale() != scale) {
             scale = window.scale();
             applyTheme(scale);
             presenter.fontsChanged();
         }
-        if (!presenter.begin())
+        hidden = !presenter.begin();
+        if (hidden)
             continue;
         shown = desk.state->version;
         ImGui_ImplGlfw_NewFrame();

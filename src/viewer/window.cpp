@@ -87,10 +87,10 @@ float Window::scale() const {
 }
 
 void Window::wait(double seconds) {
-    if (frames_ > 0)
-        glfwPollEvents();
-    else
+    if (seconds > 0)
         glfwWaitEventsTimeout(seconds);
+    else
+        glfwPollEvents();
 }
 
 void Window::wake() {

@@ -34,6 +34,7 @@ class Window {
     static void wake(); // from any thread
     // Frames still to be drawn since the last event: an interface needs a few to settle.
     bool takeFrame();
+    bool framesDue() const { return frames_ > 0; }
     void requestFrames(int frames = 3);
 
     // Keys that went down since the last call. Frames may take longer than a key is held, so that its state tells nothing.
