@@ -147,7 +147,7 @@ void drawPanel(Desk& desk, LivePicture picture, const Rectangle& tile, std::vect
     quad.factor = look.factor;
     quads.push_back(quad);
     const auto& cells = desk.state->picture(LivePicture::Cells);
-    if (desk.cells && cells && (picture == LivePicture::Image || picture == LivePicture::Gradient) && cells->width == image->width) {
+    if (desk.cells && cells && picture == LivePicture::Image && cells->width == image->width) {
         quad.image = cells;
         quad.kind = gpu::kPanelCells;
         quad.opacity = 0.4f;

@@ -69,7 +69,7 @@ std::string detailOf(const LiveState& state, LivePicture picture) {
     case LivePicture::Image: return samplesText(state.imageSamples);
     case LivePicture::Target:
         return state.settings.view < state.targets.size() ? std::filesystem::path(state.targets[state.settings.view]).filename().string() : "";
-    case LivePicture::Gradient: return state.gradientFading ? "mean of the last steps" : samplesText(state.gradientSamples);
+    case LivePicture::Gradient: return state.gradientFading ? "of the last steps" : samplesText(state.gradientSamples);
     case LivePicture::Parameter: return sizeText(state);
     case LivePicture::ParameterGradient: return state.step > 0 ? "step " + std::to_string(state.step) : "";
     case LivePicture::Normal: return "world space";
