@@ -1,8 +1,9 @@
 // What guiding costs: passes drawn from a guide against unguided ones, and the rebuild on the host as a share of a step.
 #include "bench.h"
 
+#include "base/stopwatch.h"
+#include "median.h"
 #include "render/renderer.h"
-#include "timing.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -36,15 +37,15 @@ struct Subject {
     double reverse(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
         renderer.setSampling(sampling);
         std::vector<std::vector<double>> gradients;
-        const auto start = Clock::now();
+        const Stopwatch watch;
         renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients);
-        return seconds(start);
+        return watch.seconds();
     }
     double render(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
         renderer.setSampling(sampling);
-        const auto start = Clock::now();
+        const Stopwatch watch;
         renderer.render(view, spp, {1, step, 0});
-        return seconds(start);
+        return watch.seconds();
     }
 };
 
@@ -80,9 +81,9 @@ void rebuild(const char* name, const std::string& file, int size, std::uint32_t 
     double wall = 0, host = 0;
     for (std::uint32_t i = 0; i <= before; ++i) {
         const double primal = s.render(sampling, i == before ? 16 : 2, i), derivative = s.reverse(sampling, i == before ? 4 : 2, i);
-        const auto start = Clock::now();
+        const Stopwatch watch;
         s.renderer.updateGuide();
-        host = seconds(start);
+        host = watch.seconds();
         wall = primal + derivative + host;
     }
     std::printf("%-10s %6d %8zu cells %8llu nodes %10.1f ms %8.2f %% of the step\n", name, size, s.renderer.guide().cells().size(),

@@ -1,10 +1,10 @@
 // The cost of an optimisation step and of its passes, and how much of it is spent outside kernels.
 #include "bench.h"
 
+#include "base/stopwatch.h"
+#include "median.h"
 #include "optimize/optimize.h"
 #include "optimize/renderer_model.h"
-
-#include "timing.h"
 
 #include <cstdio>
 
@@ -39,13 +39,13 @@ void step(const std::string& scenes) {
         // Equal samples: the image against the whole derivative pass, uniform pixels.
         std::vector<double> primal, derivative;
         for (std::uint32_t i = 0; i < kRepeats; ++i) {
-            auto start = Clock::now();
+            const Stopwatch image;
             renderer.render(view, 8, {i, 0, 0});
-            primal.push_back(seconds(start) / 8);
+            primal.push_back(image.seconds() / 8);
             std::vector<std::vector<double>> gradients;
-            start = Clock::now();
+            const Stopwatch gradient;
             renderer.reverse(view, 8, {i, 0, 1}, adjoint, {}, {}, gradients);
-            derivative.push_back(seconds(start) / 8);
+            derivative.push_back(gradient.seconds() / 8);
         }
 
         // A whole step, 16 + 4 samples per pixel: what is not inside a kernel's time stamps.
@@ -60,9 +60,9 @@ void step(const std::string& scenes) {
         std::vector<double> outside;
         for (int i = 0; i < kRepeats; ++i) {
             device.resetKernelTimes();
-            const auto start = Clock::now();
+            const Stopwatch watch;
             optimization.step();
-            const double wall = seconds(start);
+            const double wall = watch.seconds();
             outside.push_back((wall - kernelSeconds(device)) / wall);
         }
         std::printf("%-10s %14.4f %16.4f %12.2f %20.1f %%\n", name, median(primal), median(derivative), median(derivative) / median(primal),

@@ -1,11 +1,12 @@
 // Camera rays and two diffuse bounces through generated scenes: our kernels against Embree's rtcIntersect1, both on two threads.
 #include "bench.h"
 
+#include "base/stopwatch.h"
+#include "median.h"
 #include "support/embree_scene.h"
 #include "support/generated_geometry.h"
 #include "support/tracer.h"
 
-#include <chrono>
 #include <cstdio>
 
 namespace cmpg::bench {
@@ -13,13 +14,6 @@ namespace {
 
 constexpr std::uint32_t kImage = 1024; // pixels along an edge
 constexpr int kRepetitions = 7;
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-}
 
 struct View {
     glm::vec3 eye, direction;
@@ -56,9 +50,9 @@ std::vector<gpu::Ray> bounce(const std::vector<gpu::Ray>& rays, const std::vecto
 void scene(Device& device, const char* name, const Geometry& geometry, const View& view) {
     std::vector<double> build;
     for (int i = 0; i < kRepetitions; ++i) {
-        const double start = now();
+        const Stopwatch watch;
         buildBvh(geometry);
-        build.push_back(now() - start);
+        build.push_back(watch.seconds());
     }
     const Bvh bvh = buildBvh(geometry);
     std::printf("\n%s: %zu triangles, built at %.2f M triangles/s, %zu records, expected records a line %.1f\n", name, geometry.triangles.size(),
@@ -75,9 +69,9 @@ void scene(Device& device, const char* name, const Geometry& geometry, const Vie
             shadowRays.push_back({rays[i].origin, std::max(0.f, hits[i].t) * (i % 2 ? 0.9f : 1.1f), rays[i].direction, 0});
         std::vector<double> theirs, ours, refilled, shadow;
         for (int i = 0; i < kRepetitions; ++i) {
-            const double start = now();
+            const Stopwatch watch;
             embree.intersect(rays);
-            theirs.push_back(now() - start);
+            theirs.push_back(watch.seconds());
             plain.closest(rays);
             ours.push_back(plain.seconds());
             refill.closest(rays);

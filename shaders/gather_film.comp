@@ -44,6 +44,8 @@ void main() {
         sums.guided += l.guided;
         sums.dead += l.dead;
         sums.cell = l.cell;
+        sums.lightShare += l.lightShare;
+        sums.drawn += l.drawn;
     }
     layerFilm[pixel] = sums;
 }

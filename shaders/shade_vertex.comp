@@ -105,7 +105,7 @@ void shadeEscaped(uint slot, Ray ray) {
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, 0.0);
     }
     vertices[slot] = v;
-    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0);
+    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }
 
 // The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
@@ -214,7 +214,11 @@ void main() {
 
     if (kGuided) countGuided(g, guided, wantRay);
     if (kLayers && push.bounce == 0)
-        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell));
+        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell), vec4(0), vec4(0));
+    if (kLayers && kGuided && push.bounce < kLayerDepths && !last && g.share > 0.0) {
+        layers[ray.path].lightShare[push.bounce] = clamp(g.lightShare, 0.0, 1.0);
+        layers[ray.path].drawn[push.bounce] = 1.0;
+    }
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {

@@ -14,7 +14,9 @@ struct FilmPixel {
     float squares; // sum over the samples of mean_rgb of the value squared
 };
 
-// First-hit features of one path; of a pixel: their sums.
+CMPG_CONST kLayerDepths = 4; // components of a vec4
+
+// First-hit features of one path, and the guide's at its first vertices; of a pixel: their sums.
 struct LayerSample {
     vec3 normal;
     float depth;
@@ -22,6 +24,8 @@ struct LayerSample {
     float hit; // 1 when a surface was hit
     float guided, dead; // 1 when its direction was drawn from the guide; and led nowhere
     float cell; // of the guide; of a pixel: that of its last sample
+    vec4 lightShare; // by depth: share of P in the mixture, where a direction was drawn with a guide that knew something
+    vec4 drawn; // by depth: 1 where one was
 };
 
 CMPG_SHARED_END

@@ -220,9 +220,7 @@ ExitCode runCompare(const Options& options, Report& report) {
                                                       : compareGradient(device, subject, mode, given, report));
     report.addDevice(device);
     writeParts(subject, parts, folder, report);
-    for (const auto& [kind, count] : report.dropped)
-        if (count > 0)
-            logWarn(std::to_string(count) + " contributions dropped: " + kind);
+    report.warnOfLosses();
     printTable(textOut(options), report.extra["table"]);
     if (!options.quiet)
         textOut(options) << "wrote " << (folder / "report.html").string() << '\n';

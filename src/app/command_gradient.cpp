@@ -3,6 +3,7 @@
 #include "app/display.h"
 #include "app/gradient_check.h"
 #include "app/guided_session.h"
+#include "app/layers_file.h"
 #include "app/output.h"
 #include "app/parameter_values.h"
 #include "app/session.h"
@@ -31,21 +32,28 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     const std::uint32_t spp = options.effectiveSppGradient();
     GuidedSession guided(options, report, session);
     guided.train([&](std::uint32_t passes) { guided.passes().trainForward(view, spp, passes, options.seed, session.parameters, directions); });
-    guided.passes().prepareNext(Renderer::Mode::Forward);
+    const bool layered = !options.layers.empty();
+    guided.passes().prepareNext(Renderer::Mode::Forward, layered);
     const Stopwatch watch;
     DisplayStream display(options.displayServer, displayTitle(options));
+    Layers layers;
     Image gradient;
     if (display.active() && !options.positivize) {
-        Film film(view.width, view.height);
+        Film film(view.width, view.height, layered);
         showGrowing(display, "gradient", film, spp,
                     [&](std::uint32_t part) { guided.passes().forward(view, part, derivativeKey(options), session.parameters, directions, film); });
         gradient = film.image();
+        layers = film.layers();
     } else {
-        gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions);
+        gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions, layered ? &layers : nullptr);
         display.show("gradient", gradient);
     }
     report.seconds.gradient += watch.seconds();
     report.spp = spp;
+    if (layered) {
+        writeLayers(options.layers, layers, usesGuide(options));
+        report.outputs.emplace_back("layers", options.layers);
+    }
     guided.finish();
     return gradient;
 }
@@ -170,6 +178,8 @@ bool checkParameter(const Options& options, Report& report, Session& session, co
 ExitCode runForward(const Options& options, Report& report, Session& session) {
     if (!options.output.empty())
         requireWritableFile(options.output, ".exr");
+    if (!options.layers.empty())
+        requireWritableFile(options.layers, ".exr");
     directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;          // many renders, compared by blocks
     const View view = viewOf(options, session.scene, "", nullptr, options.check ? kCheckWidth : 512);
@@ -177,7 +187,7 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     if (options.check)
         session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Forward});
     else
-        session.prepare(view, folder, {Renderer::Mode::Forward});
+        session.prepare(view, folder, {Renderer::Mode::Forward}, !options.layers.empty());
     bool agrees = true;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();

@@ -2,37 +2,11 @@
 #include "app/commands.h"
 #include "app/display.h"
 #include "app/guided_session.h"
+#include "app/layers_file.h"
 #include "app/output.h"
 #include "app/session.h"
 
 namespace cmpg {
-namespace {
-
-void writeLayers(const std::string& file, const Layers& layers, bool guided) {
-    std::vector<std::pair<std::string, Image>> named;
-    const auto add = [&](const Image& image, std::initializer_list<const char*> names) {
-        int channel = 0;
-        for (const char* name : names) {
-            Image plane(image.width, image.height, 1);
-            for (std::size_t p = 0; p < image.pixels(); ++p)
-                plane.values[p] = image.values[p * image.channels + channel];
-            named.emplace_back(name, std::move(plane));
-            ++channel;
-        }
-    };
-    add(layers.normal, {"normal.X", "normal.Y", "normal.Z"});
-    add(layers.depth, {"depth.Z"});
-    add(layers.albedo, {"albedo.R", "albedo.G", "albedo.B"});
-    add(layers.samples, {"samples.Y"});
-    if (guided) {
-        add(layers.guided, {"guided.Y"});
-        add(layers.dead, {"dead.Y"});
-        add(layers.cell, {"cell.Y"});
-    }
-    writeExrLayers(file, named);
-}
-
-} // namespace
 
 ExitCode runRender(const Options& options, Report& report) {
     requireWritableFile(options.output, ".exr");

@@ -189,6 +189,11 @@ void addComparison(CLI::App& app, Options& o) {
         ->option_text(kind("N", "256"));
 }
 
+void addLayers(CLI::App& app, Options& o) {
+    app.add_option("--layers", o.layers, "What the camera sees first, and what the guide does there, as layers of this file; not in reverse mode")
+        ->option_text("FILE.exr");
+}
+
 CLI::App* addCommand(CLI::App& app, Options& o, Command command, const std::string& help, const std::string& input) {
     CLI::App* sub = app.add_subcommand(commandName(command), help);
     sub->fallthrough(); // common options may follow the command
@@ -204,12 +209,13 @@ void addCommands(CLI::App& app, Options& o) {
     addOptimizer(*open, o);
 
     CLI::App* render = addCommand(app, o, Command::Render, "Render an image: -o FILE.exr", scene);
-    render->add_option("--layers", o.layers, "Normal, depth, albedo and sample counts as layers of this file")->option_text("FILE.exr");
+    addLayers(*render, o);
 
     CLI::App* gradient = addCommand(app, o, Command::Gradient, "Differentiate the image, or a loss of it", scene);
     addParameters(*gradient, o);
     addDifferentiation(*gradient, o);
     addTarget(*gradient, o);
+    addLayers(*gradient, o);
     gradient->add_flag("--check", o.check, "Compare the forward gradient with finite differences; exit code 1 if they disagree");
 
     CLI::App* optimize = addCommand(app, o, Command::Optimize, "Recover parameters from target images: -o FOLDER", scene);

@@ -44,7 +44,7 @@ struct Options {
     std::uint64_t guideMemory = 64; // MiB
     std::optional<PixelSampling> pixelSampling; // default: adjoint
 
-    // render
+    // render and gradient
     std::string layers;
 
     // open, gradient and optimize

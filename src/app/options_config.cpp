@@ -216,6 +216,16 @@ void requireFinite(float value, const char* name, float lowest, float highest) {
     }
 }
 
+// Images and derivatives have a guide to save only where one is learned or loaded; an optimisation always learns one.
+void validateSavedGuide(const Options& o) {
+    if (o.saveGuide.empty() || (o.command != Command::Render && o.command != Command::Gradient))
+        return;
+    if (o.effectiveTrain() == 0 && o.loadGuide.empty())
+        refuse("--save-guide has nothing to save: no guide is learned", "add --train N, the number of learning passes, or --load-guide FILE");
+    if (o.output.empty())
+        refuse("--save-guide has nothing to save: --check alone learns no guide", "add -o FILE.exr");
+}
+
 void validateGradient(const Options& o) {
     if (o.param.empty())
         refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
@@ -229,9 +239,15 @@ void validateGradient(const Options& o) {
         refuse("--direction is of forward mode: it goes with neither --adjoint nor --target");
     if (o.output.empty() && !o.check)
         refuse("gradient needs -o FILE.exr");
+    if (!o.layers.empty() && o.isReverse())
+        refuse("--layers belongs to images: it goes with neither --adjoint nor --target", "leave them away: forward mode draws by the same weights");
+    if (!o.layers.empty() && o.positivize)
+        refuse("--layers and --positivize exclude each other: the halves have mixtures of their own");
+    if (!o.layers.empty() && o.output.empty())
+        refuse("--layers needs -o FILE.exr: --check alone makes no image");
 }
 
-void validateOptimizer(const Options& o) {
+void validateSteps(const Options& o) {
     if (o.steps == 0 || o.steps > 10'000'000)
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
@@ -246,7 +262,7 @@ void validateOptimize(const Options& o) {
         refuse("optimize needs --target");
     if (o.output.empty())
         refuse("optimize needs -o FOLDER");
-    validateOptimizer(o);
+    validateSteps(o);
 }
 
 void validateOpen(const Options& o) {
@@ -258,7 +274,7 @@ void validateOpen(const Options& o) {
                "name a command: cmpg-vk --headless render " + o.input + " -o image.exr; see cmpg-vk --help");
     if (o.target.size() > 1)
         refuse("a window takes one --target", "several are for optimize");
-    validateOptimizer(o);
+    validateSteps(o);
 }
 
 void validateCompare(const Options& o) {
@@ -279,7 +295,7 @@ void validateCompare(const Options& o) {
     if (o.seeds && *o.seeds < kFewest && o.mode != "optimize")
         refuse("--seeds must be at least 4 for derivatives: fewer passes do not show their variance");
     requirePositive(o.adjointSpp, "--adjoint-spp", 1u << 24);
-    validateOptimizer(o);
+    validateSteps(o);
 }
 
 } // namespace
@@ -392,6 +408,7 @@ void validate(const Options& o) {
         validateOptimize(o);
     if (o.command == Command::Compare)
         validateCompare(o);
+    validateSavedGuide(o);
     if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
         refuse(commandName(o.command) + std::string(" needs -o FILE"));
 }

@@ -2,6 +2,7 @@
 #include "app/report.h"
 
 #include "app/output.h"
+#include "base/log.h"
 
 #include <iostream>
 #include <sys/resource.h>
@@ -38,6 +39,7 @@ void Report::addStatistics(const RenderStatistics& statistics) {
     rays += statistics.rays;
     for (const auto& [kind, count] : statistics.dropped)
         dropped[kind] += count;
+    refusedSplits = std::max(refusedSplits, statistics.refusedSplits);
     if (statistics.guided.empty())
         return;
     auto& depths = extra["guided_by_depth"] = nlohmann::ordered_json::array();
@@ -45,6 +47,14 @@ void Report::addStatistics(const RenderStatistics& statistics) {
         const double drawn = double(std::max<std::uint64_t>(1, d.drawn)), guided = double(std::max<std::uint64_t>(1, d.guided));
         depths.push_back({{"directions", d.drawn}, {"guided", double(d.guided) / drawn}, {"dead", double(d.dead) / guided}, {"light_share", d.lightShare / drawn}});
     }
+}
+
+void Report::warnOfLosses() const {
+    for (const auto& [kind, count] : dropped)
+        if (count > 0)
+            logWarn(std::to_string(count) + " contributions dropped: " + kind);
+    if (refusedSplits > 0)
+        logWarn("the guide is coarser than its records allow: " + std::to_string(refusedSplits) + " splits were refused for want of memory; raise --guide-memory");
 }
 
 nlohmann::ordered_json Report::toJson() const {
@@ -64,7 +74,10 @@ nlohmann::ordered_json Report::toJson() const {
     auto& kernelTimes = json["kernels"] = nlohmann::ordered_json::object();
     for (const auto& [name, time] : kernels)
         kernelTimes[name] = {{"calls", time.calls}, {"seconds", time.seconds}};
-    json["memory"] = {{"device_peak_bytes", devicePeakBytes}, {"host_peak_bytes", hostPeakBytes()}, {"budget_bytes", budgetBytes}};
+    json["memory"] = {{"device_peak_bytes", devicePeakBytes},
+                      {"host_peak_bytes", hostPeakBytes()},
+                      {"budget_bytes", budgetBytes},
+                      {"refused_splits", refusedSplits}};
     auto& left = json["dropped"] = nlohmann::ordered_json::object();
     for (const auto& [kind, count] : dropped)
         left[kind] = count;

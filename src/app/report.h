@@ -2,22 +2,14 @@
 #pragma once
 
 #include "app/options.h"
+#include "base/stopwatch.h"
 #include "vk/device.h"
 
-#include <chrono>
 #include <filesystem>
 #include <iosfwd>
 #include <nlohmann/json.hpp>
 
 namespace cmpg {
-
-class Stopwatch {
-  public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 struct Report {
     std::string command;
@@ -32,6 +24,7 @@ struct Report {
     std::map<std::string, KernelTime> kernels;
     std::uint64_t devicePeakBytes = 0, budgetBytes = 0;
     std::map<std::string, std::uint64_t> dropped;                    // contributions left out, by kind
+    std::uint64_t refusedSplits = 0;                                 // of a guide, for want of memory: the most of all renderers
     std::vector<double> loss;                                        // per step
     std::vector<std::pair<std::string, std::string>> outputs;        // name -> path
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); // what a single command adds
@@ -40,6 +33,7 @@ struct Report {
 
     void addDevice(const Device& device); // times and memory as they are now
     void addStatistics(const RenderStatistics& statistics);
+    void warnOfLosses() const; // contributions dropped and splits refused
     // All fields named in the manual, then `extra`; not finite numbers become null.
     nlohmann::ordered_json toJson() const;
 

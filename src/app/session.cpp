@@ -102,13 +102,10 @@ void Session::warnUnreached(std::uint32_t parameter, bool anyGradient) {
 void Session::finish(const Image* result) {
     report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);
+    report_.warnOfLosses();
     std::uint64_t lost = 0;
-    for (const auto& [kind, count] : report_.dropped) {
-        if (count == 0)
-            continue;
-        logWarn(std::to_string(count) + " contributions dropped: " + kind);
+    for (const auto& [kind, count] : report_.dropped)
         lost += count;
-    }
     constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
     const bool finite = !result || std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); });
     if (!finite || double(lost) > kTolerable * double(report_.paths))

@@ -2,29 +2,16 @@
 #include "optimize/optimize.h"
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/regularizer.h"
 
-#include <chrono>
 #include <cmath>
 
 namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kPrimalPass = 0, kGradientPass = 1;
-
-// Adds the wall time of a scope to a sum of seconds.
-class Stopwatch {
-  public:
-    explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-    ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    Stopwatch(const Stopwatch&) = delete;
-    Stopwatch& operator=(const Stopwatch&) = delete;
-
-  private:
-    double& seconds_;
-    std::chrono::steady_clock::time_point start_;
-};
 
 struct SquareSum {
     double squares = 0;
@@ -100,12 +87,12 @@ void Optimization::addView(std::size_t view, StepReport& report) {
 
     Image image;
     {
-        const Stopwatch watch(report.secondsPrimal);
+        const ScopedTime time(report.secondsPrimal);
         image = model_.render(view, config_.spp, {config_.seed, step, kPrimalPass});
     }
     LossResult loss;
     {
-        const Stopwatch watch(report.secondsUpdate);
+        const ScopedTime time(report.secondsUpdate);
         loss = evaluateLoss(config_.loss, image, target.image, target.mask);
         if (views > 1)
             for (float& value : loss.adjoint.values)
@@ -115,13 +102,13 @@ void Optimization::addView(std::size_t view, StepReport& report) {
     report.dropped += loss.nonFinite;
     report.samples += std::uint64_t(config_.spp) * image.pixels();
 
-    const Stopwatch watch(report.secondsGradient);
+    const ScopedTime time(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
     report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
 }
 
 void Optimization::applyUpdate(StepReport& report) {
-    const Stopwatch watch(report.secondsUpdate);
+    const ScopedTime time(report.secondsUpdate);
     const OptimizerConfig& optimizer = config_.optimizer;
     const double factor = rateFactor_ * scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
     report.rate = slotRate(optimizer, scene_.parameters[parameters_[0]].kind) * factor * state_.moments[0].unit;

@@ -37,12 +37,12 @@ std::string progressLine(const StepReport& report, std::uint32_t steps, double s
 }
 
 Progress::Progress(std::ostream& out, bool terminal, std::uint32_t steps)
-    : out_(out), terminal_(terminal), steps_(steps), interval_(std::max(1u, steps / kLines)), start_(std::chrono::steady_clock::now()) {}
+    : out_(out), terminal_(terminal), steps_(steps), interval_(std::max(1u, steps / kLines)) {}
 
 void Progress::update(const StepReport& report) {
     ++done_;
     samples_ += report.samples;
-    const double seconds = std::max(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(), 1e-9);
+    const double seconds = std::max(watch_.seconds(), 1e-9);
     const double left = seconds / done_ * (steps_ - std::min(report.step + 1, steps_));
     const std::string line = progressLine(report, steps_, double(samples_) / seconds, left);
     if (terminal_) {

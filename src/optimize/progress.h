@@ -1,9 +1,9 @@
 // One line about how far an optimisation is.
 #pragma once
 
+#include "base/stopwatch.h"
 #include "optimize/optimize.h"
 
-#include <chrono>
 #include <iosfwd>
 
 namespace cmpg {
@@ -22,7 +22,7 @@ class Progress {
     std::ostream& out_;
     bool terminal_;
     std::uint32_t steps_, interval_;
-    std::chrono::steady_clock::time_point start_;
+    Stopwatch watch_;
     std::uint32_t done_ = 0;
     std::size_t width_ = 0; // of the line on the terminal, to blank it
     std::uint64_t samples_ = 0;

@@ -5,9 +5,9 @@
 
 namespace cmpg {
 
-Layers::Layers(int width, int height, std::uint32_t spp)
+Layers::Layers(int width, int height, std::uint32_t spp, std::uint32_t depths)
     : normal(width, height, 3), depth(width, height, 1), albedo(width, height, 3), samples(width, height, 1, float(spp)), guided(width, height, 1),
-      dead(width, height, 1), cell(width, height, 1) {}
+      dead(width, height, 1), cell(width, height, 1), lightShare(depths, cell) {}
 
 void Layers::set(std::size_t pixel, const gpu::LayerSample& l) {
     const float hits = std::max(l.hit, 1.0f);
@@ -19,6 +19,8 @@ void Layers::set(std::size_t pixel, const gpu::LayerSample& l) {
     guided.values[pixel] = l.guided / hits;
     dead.values[pixel] = l.dead / hits;
     cell.values[pixel] = l.cell;
+    for (std::size_t d = 0; d < lightShare.size(); ++d)
+        lightShare[d].values[pixel] = l.drawn[int(d)] > 0 ? l.lightShare[int(d)] / l.drawn[int(d)] : -1.0f;
 }
 
 Film::Film(int w, int h, bool layers) : width(w), height(h), pixels(std::size_t(w) * h), layerSums(layers ? std::size_t(w) * h : 0) {}
@@ -34,7 +36,7 @@ Image Film::image() const {
 }
 
 Layers Film::layers() const {
-    Layers result(width, height, samples);
+    Layers result(width, height, samples, layerDepths);
     for (std::size_t i = 0; i < layerSums.size(); ++i)
         result.set(i, layerSums[i]);
     return result;

@@ -9,13 +9,15 @@
 
 namespace cmpg {
 
-// First-hit features of the camera rays, averaged over the samples.
+// Features of the camera rays' first hits, averaged over the samples, and the guide's at the vertices that follow.
 struct Layers {
     Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
     Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
 
+    std::vector<Image> lightShare; // by depth, of the first few: share of P in the mixture, mean over the directions drawn there; -1 without any
+
     Layers() = default;
-    Layers(int width, int height, std::uint32_t spp);
+    Layers(int width, int height, std::uint32_t spp, std::uint32_t depths);
     void set(std::size_t pixel, const gpu::LayerSample& sums);
 };
 
@@ -24,6 +26,7 @@ struct Film {
     std::uint32_t samples = 0;             // per pixel so far
     std::vector<gpu::FilmPixel> pixels;
     std::vector<gpu::LayerSample> layerSums; // empty: no layers
+    std::uint32_t layerDepths = 0;           // that Layers::lightShare has
 
     Film() = default;
     Film(int width, int height, bool layers = false);

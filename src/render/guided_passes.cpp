@@ -1,7 +1,8 @@
 // Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
 #include "render/guided_passes.h"
 
-#include <chrono>
+#include "base/stopwatch.h"
+
 #include <cmath>
 #include <numeric>
 
@@ -32,18 +33,6 @@ std::pair<double, double> norms(const Image& adjoint) {
         }
     return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
 }
-
-class Timer {
-  public:
-    explicit Timer(double& seconds) : seconds_(seconds) {}
-    ~Timer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    Timer(const Timer&) = delete;
-    Timer& operator=(const Timer&) = delete;
-
-  private:
-    double& seconds_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 } // namespace
 
@@ -171,7 +160,7 @@ void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
 }
 
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
-    const Timer timer(impl_->seconds);
+    const ScopedTime time(impl_->seconds);
     for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->images, spp, i, 1, [&] { impl_->renderer.render(view, spp, {seed, i, kLearningPass}); });
     impl_->trained |= passes > 0;
@@ -179,7 +168,7 @@ void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_
 
 void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
                                 std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, std::uint32_t first) {
-    const Timer timer(impl_->seconds);
+    const ScopedTime time(impl_->seconds);
     for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->derivatives, spp, i, 1,
                      [&] { impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions); });
@@ -187,7 +176,7 @@ void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32
 }
 
 void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, const Image& adjoint) {
-    const Timer timer(impl_->seconds);
+    const ScopedTime time(impl_->seconds);
     const auto [squares, mean] = norms(adjoint);
     std::vector<std::vector<double>> ignored;
     for (std::uint32_t i = 0; i < passes; ++i) {
@@ -212,11 +201,11 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
 }
 
 Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                            std::span<const std::vector<float>> directions) {
+                            std::span<const std::vector<float>> directions, Layers* layers) {
     const SamplingWay way{impl_->derivativeWay().kind, false};
     if (!impl_->options.positivize) {
         impl_->use(way, impl_->learning);
-        return impl_->renderer.forward(view, spp, key, parameters, directions);
+        return impl_->renderer.forward(view, spp, key, parameters, directions, layers);
     }
     const std::uint32_t half = std::max(1u, spp / 2);
     impl_->use(way, impl_->learning, 1);
@@ -280,7 +269,7 @@ void GuidedPasses::abandonStep() {
 }
 
 void GuidedPasses::endStep() {
-    const Timer timer(impl_->seconds);
+    const ScopedTime time(impl_->seconds);
     if (!impl_->learning)
         return;
     impl_->renderer.updateGuide();

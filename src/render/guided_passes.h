@@ -42,7 +42,7 @@ class GuidedPasses {
     // As the functions of Renderer, drawn as decided. They leave no records unless learning() was turned on.
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                  std::span<const std::vector<float>> directions);
+                  std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
     // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

@@ -348,7 +348,7 @@ struct Renderer::Impl {
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
-            *layers = Layers(view.width, view.height, spp);
+            *layers = Layers(view.width, view.height, spp, layerDepths());
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
             const glm::dvec3 mean = meanOf(p, spp);
             for (int c = 0; c < 3; ++c)
@@ -360,6 +360,9 @@ struct Renderer::Impl {
         measure.variance = variance;
         return result;
     }
+
+    // That layers tell of: nothing is drawn at the last one.
+    std::uint32_t layerDepths() const { return std::min(gpu::kLayerDepths, config.maxDepth - 1); }
 
     // Leaves no records.
     void addTo(Film& film, std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key) {
@@ -376,11 +379,12 @@ struct Renderer::Impl {
                 sum.layerSums[pixel] = l;
         });
         sum.samples = film.samples + spp;
+        sum.layerDepths = layerDepths();
         film = std::move(sum);
     }
 
-    void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions) {
-        prepare(kernelsOf(kModeForward, false, sampling, learned())); // has the buffer made
+    void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
+        prepare(kernelsOf(kModeForward, layers, sampling, learned())); // has the buffer made
         std::vector<float> direction(buffers.gradientEntries(), 0.0f);
         for (std::size_t i = 0; i < parameters.size(); ++i) {
             const auto found = std::find(config.differentiable.begin(), config.differentiable.end(), parameters[i]);
@@ -437,7 +441,7 @@ void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
         impl_->needs.modes |= 1u << std::uint32_t(m);
     impl_->pools.reset();
     for (const Mode m : modes)
-        impl_->prepare(impl_->kernelsOf(std::uint32_t(m), layers && m == Mode::Render, {}, false));
+        impl_->prepare(impl_->kernelsOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
 }
 
 void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
@@ -450,7 +454,11 @@ void Renderer::setSampling(const PassSampling& sampling) { impl_->sampling = sam
 
 const PassMeasure& Renderer::lastPass() const { return impl_->measure; }
 
-UpdateReport Renderer::updateGuide() { return impl_->guide.value().update(); }
+UpdateReport Renderer::updateGuide() {
+    const UpdateReport report = impl_->guide.value().update();
+    impl_->statistics.refusedSplits = report.refusedSplits;
+    return report;
+}
 
 void Renderer::discardRecords() { impl_->guide.value().discardRecords(); }
 
@@ -467,16 +475,16 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
 }
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                        std::span<const std::vector<float>> directions) {
-    impl_->uploadDirection(parameters, directions);
-    return impl_->image(kModeForward, view, spp, key, nullptr);
+                        std::span<const std::vector<float>> directions, Layers* layers) {
+    impl_->uploadDirection(parameters, directions, layers != nullptr);
+    return impl_->image(kModeForward, view, spp, key, layers);
 }
 
 void Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) { impl_->addTo(film, kModeRender, view, spp, key); }
 
 void Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                        std::span<const std::vector<float>> directions, Film& film) {
-    impl_->uploadDirection(parameters, directions);
+    impl_->uploadDirection(parameters, directions, film.hasLayers());
     impl_->addTo(film, kModeForward, view, spp, key);
 }
 

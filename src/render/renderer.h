@@ -78,6 +78,7 @@ struct RenderStatistics {
     std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
     std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
+    std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 };
 
 class Renderer {
@@ -113,7 +114,7 @@ class Renderer {
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                  std::span<const std::vector<float>> directions);
+                  std::span<const std::vector<float>> directions, Layers* layers = nullptr);
 
     // The same, adding `spp` samples per pixel to a film of the view's size: those that follow the film's in the sequence of `key`.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);

@@ -273,7 +273,7 @@ Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64
 const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges_.at(binding); }
 
 void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
-    const Stopwatch stopwatch(device.impl().compileSeconds);
+    const ScopedTime time(device.impl().compileSeconds);
     const auto times = device.impl().kernelTimes;
     Commands commands(device);
     const std::vector<std::byte> zeros(128);

@@ -1,12 +1,12 @@
 // What stands behind the classes of device.h.
 #pragma once
 
+#include "base/stopwatch.h"
 #include "vk/device.h"
 #include "vk/instance.h"
 #include "vk/spirv_reflection.h"
 #include "vk/vulkan.h"
 
-#include <chrono>
 #include <functional>
 
 namespace cmpg {
@@ -91,18 +91,6 @@ struct Kernel::Impl {
     vk::raii::DescriptorSetLayout setLayout{nullptr};
     vk::raii::PipelineLayout pipelineLayout{nullptr};
     vk::raii::Pipeline pipeline{nullptr};
-};
-
-// Adds its lifetime to a number of seconds.
-class Stopwatch {
-  public:
-    explicit Stopwatch(double& total) : total_(total) {}
-    ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    Stopwatch(const Stopwatch&) = delete;
-
-  private:
-    double& total_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 } // namespace cmpg

@@ -43,7 +43,7 @@ vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, co
 
 Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) : impl_(std::make_unique<Impl>()) {
     Device::Impl& owner = device.impl();
-    const Stopwatch stopwatch(owner.compileSeconds);
+    const ScopedTime time(owner.compileSeconds);
     const EmbeddedKernel& embedded = findKernel(name);
     const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
     impl_->device = &owner;

@@ -1,60 +1,81 @@
-// Results do not depend on how many threads the driver has, nor on which variant of the kernels runs: files are equal byte for byte.
+// Results do not depend on the driver's threads, the kernels' variant or the memory budget: files are equal byte for byte.
 #include "command_line.h"
 #include "scene/image.h"
 
+#include <functional>
 #include <gtest/gtest.h>
+#include <map>
 
 namespace cmpg {
 namespace {
 
-using test::readText;
 using test::runProgram;
 
-const std::string kMaterials = CMPG_SOURCE_DIR "/scenes/materials/scene.gltf";
+const std::string kMaterials = CMPG_SOURCE_DIR "/scenes/materials/scene.gltf", kBox = CMPG_SOURCE_DIR "/scenes/box/scene.gltf";
 
-struct Files {
-    std::string image, forward, reverse;
+struct Variation {
+    const char* name;
+    std::vector<std::string> environment, arguments;
 };
-
-// An image, a forward and a reverse derivative under these settings of the environment.
-Files results(const std::vector<std::string>& environment) {
-    const test::TemporaryFolder folder;
-    writeExr(folder / "adjoint.exr", Image(40, 32, 3, 0.5f));
-    const auto run = [&](const std::string& output, std::vector<std::string> arguments) {
-        arguments.insert(arguments.end(), {"-o", folder / output, "--width", "40", "--height", "32", "--spp", "8", "--quiet", "--headless"});
-        const auto result = runProgram(arguments, environment);
-        EXPECT_EQ(result.code, 0) << result.err;
-        return readText(folder / output);
-    };
-    Files files;
-    files.image = run("image.exr", {"render", kMaterials});
-    files.forward = run("forward.exr", {"gradient", kMaterials, "--param", "varied.*"});
-    files.reverse = run("reverse.exr", {"gradient", kMaterials, "--param", "varied.baseColor", "--adjoint", folder / "adjoint.exr"});
-    EXPECT_FALSE(files.image.empty() || files.forward.empty() || files.reverse.empty());
-    return files;
-}
-
-// An expectation of equality would print the files.
-void expectSame(const Files& a, const Files& b) {
-    EXPECT_TRUE(a.image == b.image) << "images differ";
-    EXPECT_TRUE(a.forward == b.forward) << "forward derivatives differ";
-    EXPECT_TRUE(a.reverse == b.reverse) << "reverse derivatives differ";
-}
+const Variation kVariations[] = {
+    {"one thread", {"LP_NUM_THREADS=1"}, {}}, // of lavapipe; other drivers ignore the variable, and are then tested for repeating themselves
+    {"two threads", {"LP_NUM_THREADS=2"}, {}},
+    {"portable kernels", {"CMPG_PORTABLE=1"}, {}}, // storage buffers instead of texel buffers, pairs of 32-bit additions for 64-bit ones
+    {"a small budget", {}, {"--memory", "16"}},
+};
 
 class Independence : public testing::Test {
   protected:
-    static const Files& usual() {
-        static const Files files = results({});
-        return files;
+    using Files = std::map<std::string, std::string>; // contents by name
+    using Run = std::function<void(std::vector<std::string> arguments)>;
+
+    // `commands` write `files` into folder_ with a run that adds small images and the variation.
+    void expectSameFiles(const std::vector<std::string>& files, const std::function<void(const Run&)>& commands) {
+        writeExr(folder_ / "image.exr", Image(40, 32, 3, 0.5f));
+        const auto results = [&](const Variation& variation) {
+            commands([&](std::vector<std::string> arguments) {
+                arguments.insert(arguments.end(), {"--width", "40", "--height", "32", "--quiet", "--headless"});
+                arguments.insert(arguments.end(), variation.arguments.begin(), variation.arguments.end());
+                const auto result = runProgram(arguments, variation.environment);
+                EXPECT_EQ(result.code, 0) << variation.name << ": " << result.err;
+            });
+            Files contents;
+            for (const std::string& file : files) {
+                contents[file] = test::readText(folder_ / file);
+                EXPECT_FALSE(contents[file].empty()) << file;
+                std::filesystem::remove(folder_ / file); // the next run has to write its own
+            }
+            return contents;
+        };
+        const Files usual = results({"as usual", {}, {}});
+        for (const Variation& variation : kVariations) {
+            Files varied = results(variation);
+            for (const auto& [file, content] : usual)
+                EXPECT_TRUE(varied[file] == content) << file << " differs with " << variation.name; // an equality would print the files
+        }
     }
+
+    const test::TemporaryFolder folder_;
 };
 
-// lavapipe's threads; other drivers ignore the variable, and are then tested for repeating themselves.
-TEST_F(Independence, OneThread) { expectSame(usual(), results({"LP_NUM_THREADS=1"})); }
-TEST_F(Independence, TwoThreads) { expectSame(usual(), results({"LP_NUM_THREADS=2"})); }
+TEST_F(Independence, PlainPasses) {
+    expectSameFiles({"render.exr", "forward.exr", "reverse.exr"}, [&](const Run& run) {
+        run({"render", kMaterials, "--spp", "8", "-o", folder_ / "render.exr"});
+        run({"gradient", kMaterials, "--param", "varied.*", "--spp", "8", "-o", folder_ / "forward.exr"});
+        run({"gradient", kMaterials, "--param", "varied.baseColor", "--adjoint", folder_ / "image.exr", "--spp", "8", "-o", folder_ / "reverse.exr"});
+    });
+}
 
-// Storage buffers instead of texel buffers, pairs of 32-bit additions instead of 64-bit ones.
-TEST_F(Independence, PortableKernels) { expectSame(usual(), results({"CMPG_PORTABLE=1"})); }
+// Learning, the automatic choice, the roulette, and what an optimisation makes of them.
+TEST_F(Independence, GuidedPasses) {
+    const std::string recovered = "run/parameters/painting.baseColor.exr";
+    expectSameFiles({"a.guide", "gradient.exr", recovered}, [&](const Run& run) {
+        run({"gradient", kBox, "--param", "painting.baseColor", "--adjoint", folder_ / "image.exr", "--spp-gradient", "8", "--train", "3",
+             "--save-guide", folder_ / "a.guide", "-o", folder_ / "gradient.exr"});
+        run({"optimize", kBox, "--param", "painting.baseColor", "--target", folder_ / "image.exr", "--spp", "4", "--spp-gradient", "4", "--steps",
+             "12", "-o", folder_ / "run"});
+    });
+}
 
 } // namespace
 } // namespace cmpg

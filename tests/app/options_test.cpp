@@ -103,12 +103,18 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"render", "s", "-o", "a.exr", "--sampling", "magic"},
         {"render", "s", "-o", "a.exr", "--set", "novalue"},
         {"render", "s", "-o", "a.exr", "--config", "/nonexistent/run.json"},
+        {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"}, // learns none
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--save-guide", "a.guide", "--train", "0"},
+        {"gradient", "s", "--param", "p", "--check", "--train", "2", "--save-guide", "a.guide"}, // no passes that could learn
         {"gradient", "s", "-o", "a.exr"}, // no --param
         {"gradient", "s", "--param", "p"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a", "--target", "b"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--target", "b"},
         {"gradient", "s", "--param", "p", "--check", "--adjoint", "a.exr"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a.exr", "--direction", "self"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--adjoint", "a.exr", "--layers", "l.exr"},
+        {"gradient", "s", "--param", "p", "-o", "a.exr", "--positivize", "--layers", "l.exr"},
+        {"gradient", "s", "--param", "p", "--check", "--layers", "l.exr"},
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--target", "a", "--loss", "huber"},
         {"optimize", "s", "--param", "p", "-o", "d"}, // no --target
         {"optimize", "s", "--target", "t", "-o", "d"},
@@ -124,6 +130,22 @@ TEST(Options, RefusesWhatMakesNoSense) {
             line += a + " ";
         EXPECT_EQ(parseCode(arguments), ExitCode::Usage) << line;
     }
+}
+
+TEST(Options, GuidesAreSavedWhereThereIsOne) {
+    const std::vector<std::string> render = {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"};
+    try {
+        parse(render);
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_NE(e.remedy.find("--train"), std::string::npos);
+    }
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--train", "2"}, {"--load-guide", "b.guide"}}) {
+        std::vector<std::string> arguments = render;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        EXPECT_EQ(parseCode(arguments), ExitCode::Done);
+    }
+    EXPECT_EQ(parseCode({"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--save-guide", "a.guide"}), ExitCode::Done);
 }
 
 TEST(Options, HelpNamesEveryCommandAndExitCode) {

@@ -16,6 +16,12 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     Report report(o);
     report.kernels["trace_closest"] = {3, 0.5};
     report.dropped["film.nonfinite"] = 2;
+    RenderStatistics statistics;
+    statistics.paths = 7;
+    statistics.refusedSplits = 3;
+    report.addStatistics(statistics);
+    statistics.refusedSplits = 1; // of another renderer
+    report.addStatistics(statistics);
     report.loss = {0.5, std::nan("")};
     report.outputs.emplace_back("gradient", "a.exr");
     const nlohmann::json json = nlohmann::json::parse(report.toJson().dump());
@@ -39,6 +45,8 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     EXPECT_EQ(json["memory"]["budget_bytes"], 512u << 20);
     EXPECT_EQ(json["memory"]["device_peak_bytes"], 0);
     EXPECT_GT(json["memory"]["host_peak_bytes"].get<std::uint64_t>(), 1u << 20); // this process surely has a mebibyte
+    EXPECT_EQ(json["memory"]["refused_splits"], 3);
+    EXPECT_EQ(json["paths"], 14);
     EXPECT_EQ(json["dropped"]["film.nonfinite"], 2);
     EXPECT_EQ(json["loss"][0], 0.5);
     EXPECT_TRUE(json["loss"][1].is_null());

@@ -1,5 +1,6 @@
 // Kernels: bindings, folded and indirect dispatch, atomics, specialization, timestamps.
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "kernels.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <random>
 
 namespace cmpg {
@@ -211,9 +211,9 @@ TEST(Kernel, Timestamps) {
         const double before = device.kernelTimes().contains("count_iterations") ? device.kernelTimes().at("count_iterations").seconds : 0;
         Commands commands(device);
         commands.dispatch(kernel, Bindings().set(0, result), items, Count{30000});
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         commands.submitAndWait();
-        const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const double wall = watch.seconds();
         const double measured = device.kernelTimes().at("count_iterations").seconds - before;
         EXPECT_LE(measured, wall);
         return measured;
