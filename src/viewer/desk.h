@@ -30,6 +30,9 @@ struct Desk {
     std::optional<glm::vec3> pivot; // where the last click hit; else straight ahead
     std::uint32_t pivotScene = 0;   // number of the scene it is in
 
+    // Of W A S D Q E those that went down by themselves and still are: the S of Ctrl+S may stay down longer than the Ctrl.
+    std::vector<int> flyKeys;
+
     bool layers = false, cells = false; // more panels; cells of the guide over the image
     bool help = false, inspector = false;
     std::uint32_t seenPick = 0, closedError = 0;

@@ -7,6 +7,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <algorithm>
+#include <array>
 
 namespace cmpg::viewer {
 namespace {
@@ -94,11 +95,20 @@ constexpr Gesture kGestures[] = {
     {"drop a file", "open a scene (.gltf .glb) or a target (.exr .hdr .png .jpg)"},
 };
 
+void followFlyKeys(std::vector<int>& keys, std::span<const KeyPress> pressed) {
+    constexpr std::array kFlyKeys = {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E};
+    for (const KeyPress& press : pressed)
+        if (!press.control && std::find(kFlyKeys.begin(), kFlyKeys.end(), press.key) != kFlyKeys.end())
+            keys.push_back(press.key);
+    std::erase_if(keys, [](int key) { return !ImGui::IsKeyDown(key); });
+}
+
 bool fly(Desk& desk) {
     const ImGuiIO& io = ImGui::GetIO();
     if (!desk.camera() || !desk.state->scene || io.KeyCtrl || io.KeyAlt)
         return false;
-    const auto held = [](int plus, int minus) { return float(ImGui::IsKeyDown(plus)) - float(ImGui::IsKeyDown(minus)); };
+    const auto down = [&](int key) { return std::find(desk.flyKeys.begin(), desk.flyKeys.end(), key) != desk.flyKeys.end(); };
+    const auto held = [&](int plus, int minus) { return float(down(plus)) - float(down(minus)); };
     const glm::vec3 direction(held(GLFW_KEY_D, GLFW_KEY_A), held(GLFW_KEY_E, GLFW_KEY_Q), held(GLFW_KEY_W, GLFW_KEY_S));
     if (direction == glm::vec3(0))
         return false;
@@ -118,6 +128,7 @@ bool handleKeys(Desk& desk, std::span<const KeyPress> pressed) {
         for (const Shortcut& shortcut : kShortcuts)
             if (shortcut.key == press.key && shortcut.modifier == (press.control ? (press.shift ? kCtrlShift : kCtrl) : kNone))
                 shortcut.perform(desk);
+    followFlyKeys(desk.flyKeys, pressed);
     return fly(desk);
 }
 
