@@ -94,7 +94,7 @@ def door():
 def door_roughness():
     """The same room with a metal table under the painting: how polished it is where is what is unknown."""
     def furnish(g):
-        polish = images.Picture(64, 64, images.polish).png()
+        polish = images.Picture(16, 16, images.polish).png()
         g.material("table", (0.93, 0.90, 0.86), roughness=1, metallic=1, rough_texture=g.texture("polish.png", polish))
         g.material("leg", (0.10, 0.10, 0.11))
         (x, z), (X, Z), top = (-0.75, -1.75), (1.15, -0.05), 0.62
