@@ -47,7 +47,7 @@ struct SpatialNode {
 };
 
 struct SdTreeConfig {
-    std::uint32_t cellRecords = 32000;       // a cell that got more new records splits
+    std::uint32_t cellRecords = 6000;        // a cell that got more new records splits
     double directionShare = 0.01;            // a quadrant with a larger share of any mass of its cell splits, others collapse
     double forgetting = 0.9;                 // factor on old sums and weights in every update
     std::uint32_t maxQuadDepth = 10;         // levels below the root's square

@@ -91,6 +91,8 @@ struct Renderer::Impl {
     RenderStatistics statistics;
     PassSampling sampling; // of the passes to come
     PassMeasure measure;   // of the last one
+    // Paths of a batch whose copies find room in the pools, as the passes so far showed; at first a guess.
+    std::uint32_t rouletteRoom = 1u << 14;
     std::optional<Guide> guide;
 
     Impl(Device& d, Scene& s, const RenderConfig& c)
@@ -209,7 +211,7 @@ struct Renderer::Impl {
 
         const std::size_t pixels = std::size_t(in.width) * in.height;
         // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
-        std::uint32_t most = pass.roulette ? pools->capacity / 2 : pools->capacity;
+        std::uint32_t most = pass.roulette ? std::min(rouletteRoom, pools->capacity) : pools->capacity;
         std::vector<std::uint32_t> offsets;
         std::vector<gpu::FilmPixel> tile;
         std::vector<gpu::LayerSample> layerTile;
@@ -252,7 +254,7 @@ struct Renderer::Impl {
                 continue;
             }
             if (pass.roulette)
-                most = roomFor(batch, counts);
+                most = rouletteRoom = roomFor(batch, counts);
             countRays(counts);
             if (pass.measure) {
                 const auto found = pools->pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
