@@ -45,6 +45,20 @@ vec3 leadingBits(vec3 v) {
     return high;
 }
 
+// Dot product whose error is about 2^-36 |a| |b| instead of 2^-24: a cosine keeps its relative accuracy where vectors are nearly
+// perpendicular.
+float accurateDot(vec3 a, vec3 b) {
+    vec3 ah = leadingBits(a);
+    vec3 bh = leadingBits(b);
+    PRECISE vec3 p = ah * bh; // exact
+    PRECISE float xy = p.x + p.y;
+    PRECISE float fromY = xy - p.x;
+    PRECISE float all = xy + p.z;
+    PRECISE float fromZ = all - xy;
+    PRECISE float lost = ((p.x - (xy - fromY)) + (p.y - fromY)) + ((xy - (all - fromZ)) + (p.z - fromZ));
+    return all + (lost + (dot(ah, b - bh) + dot(a - ah, b)));
+}
+
 // Cross product whose error is about 2^-36 |a| |b| instead of 2^-24: products of the leading halves are exact and so are their
 // differences where they cancel. The angle between nearly parallel vectors keeps its relative accuracy.
 vec3 accurateCross(vec3 a, vec3 b) {
