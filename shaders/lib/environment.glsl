@@ -42,7 +42,8 @@ vec3 sampleEnvironmentCell(uvec2 cell, uint width, uint height, vec2 u) {
     float bottom = top + 0.5 * step;
     // 1 - cos = 2 sin^2 of half the angle: relative accuracy at both poles.
     float s2 = mix(square(accurateSin(top)), square(accurateSin(bottom)), u.y);
-    float c2 = mix(square(accurateSin(0.5 * kPi - top)), square(accurateSin(max(0.5 * kPi - bottom, 0.0))), u.y);
+    float above = 0.5 * step * float(height - 1u - cell.y); // the same from the lower pole
+    float c2 = mix(square(accurateSin(above)), square(accurateSin(above - 0.5 * step)), u.y);
     float r = 2.0 * sqrt(s2 * c2);
     // Half a turn less, for sin() and cos() promise nothing beyond [-pi, pi].
     float turn = (float(cell.x) + 0.5 + u.x) / float(width);

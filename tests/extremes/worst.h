@@ -29,9 +29,6 @@ class Worst {
         worst_ = error;
         where_ = where();
     }
-    void add(double error, const std::string& where) {
-        add(error, [&] { return where; });
-    }
 
     // Relative to `scale`, by default the truth; what both call nothing, up to `floor`, agrees.
     template <class Where> void compare(double value, double truth, Where&& where, double scale = 0, double floor = 1e-30) {
