@@ -13,6 +13,12 @@ float square(float x) { return x * x; }
 float maxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
 float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
 
+// Cosine and sine of 2 pi turn, turn in [0, 1]: GLSL's promise nothing beyond [-pi, pi], so half a turn is taken off and put back.
+vec2 unitCircle(float turn) {
+    float phi = 2.0 * kPi * (turn - 0.5);
+    return vec2(-cos(phi), -sin(phi));
+}
+
 // sin(x) for x in [0, pi/2], to 1e-7 of itself. Vulkan lets sin() be off by 2^-11, and drivers use that: of a small angle nothing may
 // be left. The series' next term is 6e-8.
 float accurateSin(float x) {

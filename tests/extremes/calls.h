@@ -1,7 +1,9 @@
 // Functions of the shader library by name, in the float and in the double build, on the same float arguments.
 #pragma once
 
-#include <initializer_list>
+#include "lib/guide_table.h"
+
+#include <cstdint>
 #include <vector>
 
 namespace cmpg::test {
@@ -28,5 +30,22 @@ enum class Function {
 using Numbers = std::vector<double>;
 Numbers callFloat(Function function, const std::vector<float>& arguments);
 Numbers callDouble(Function function, const std::vector<float>& arguments);
+
+// The guide's mixture in a cell: what a path makes of it, and what it draws from the random numbers `u`.
+struct Mixture {
+    std::uint32_t kind;
+    int sign;
+    float light, derivative; // what the path carries
+};
+struct GuideDraw {
+    glm::dvec3 weights;
+    double score; // 0: nothing to draw from
+    glm::dvec2 point;
+    double density, again; // of the draw; at its point, asked for alone
+    std::uint32_t leaf;
+};
+GuideDraw drawFloat(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& u);
+// `at`: where the float build ended, whose density is wanted.
+GuideDraw followDouble(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& at);
 
 } // namespace cmpg::test
