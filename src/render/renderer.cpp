@@ -2,6 +2,7 @@
 #include "render/renderer.h"
 
 #include "base/error.h"
+#include "render/film_sums.h"
 #include "render/guide.h"
 #include "render/moment_sum.h"
 #include "render/wavefront.h"
@@ -315,10 +316,11 @@ struct Renderer::Impl {
                        std::vector<Image>(std::min(gpu::kLayerDepths, config.maxDepth - 1), single)};
         }
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
-            const glm::dvec3 mean = (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(spp);
+            const glm::dvec4 sums = filmSums(p) / double(spp);
+            const glm::dvec3 mean(sums);
             for (int c = 0; c < 3; ++c)
                 result.values[3 * pixel + c] = float(mean[c]);
-            variance += std::max(0.0, double(p.squares) / double(spp) - glm::dot(mean, mean) / 3) / double(std::max(1u, spp - 1));
+            variance += std::max(0.0, sums.w - glm::dot(mean, mean) / 3) / double(std::max(1u, spp - 1));
             if (!layers)
                 return;
             const float hits = std::max(l.hit, 1.0f);
@@ -361,7 +363,8 @@ struct Renderer::Impl {
         in.spp = 1;
         double sum = 0;
         run(mode, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
-            sum += (std::abs(double(p.sum.x)) + std::abs(double(p.sum.y)) + std::abs(double(p.sum.z))) / 3;
+            const glm::dvec3 value(filmSums(p));
+            sum += (std::abs(value.x) + std::abs(value.y) + std::abs(value.z)) / 3;
         });
         const double mean = sum / (double(kPilotSize) * kPilotSize);
         return mean > 0 ? mean : 1.0;
