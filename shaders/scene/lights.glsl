@@ -42,13 +42,13 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             s.uv0 = p.uv0;
             s.uv1 = p.uv1;
         }
-        const vec3 e1 = triangleTexel(3 * head.y + 1).xyz, e2 = triangleTexel(3 * head.y + 2).xyz;
-        const vec3 point = triangleTexel(3 * head.y).xyz + b.x * e1 + b.y * e2;
+        const vec4 t0 = triangleTexel(3 * head.y), t1 = triangleTexel(3 * head.y + 1), t2 = triangleTexel(3 * head.y + 2);
+        const vec3 point = t0.xyz + b.x * t1.xyz + b.y * t2.xyz;
         const vec3 offset = point - position;
         const float distance2 = dot(offset, offset);
         s.distance = sqrt(distance2);
         s.direction = offset / max(s.distance, 1e-30);
-        const float cosLight = -dot(normalize(cross(e1, e2)), s.direction);
+        const float cosLight = -dot(vec3(t0.w, t1.w, t2.w), s.direction);
         s.material = triangleIndices(head.y).w;
         s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
         if (kAlphaMask && isCutOut(head.y, b)) s.density = 0.0; // a hole emits nothing
