@@ -8,7 +8,7 @@
 #include "lib/math.glsl"
 #include "shared/guide.h"
 
-// Below this a cell's score counts as nothing known: means are published with a typical size of 1.
+// Below this a cell's score counts as nothing known: a cell's means are published with a typical size of 1.
 const float kMinGuideScore = 1e-20;
 const float kBelowOne = 0.99999994;
 const float kPointStep = 5.9604645e-8; // 2^-24, to which points of the square are exact
