@@ -1,5 +1,7 @@
 // Values, densities and derivatives of materials from mirrors to chalk, from normal to grazing incidence, from black to white.
 #include "lib/evaluate.h"
+#include "support/evaluate_device.h"
+#include "support/render_fixture.h"
 #include "worst.h"
 
 #include <array>
@@ -26,10 +28,15 @@ glm::dvec3 direction(double degrees, double turn) {
     return {std::sin(theta) * std::cos(turn), std::sin(theta) * std::sin(turn), std::cos(theta)};
 }
 
-std::string describe(const Query& q, double out, double in, double turn) {
+// Angles of the two directions with the normal, and between them around it.
+struct Pair {
+    double out, in, turn;
+};
+
+std::string describe(const Query& q, const Pair& pair) {
     std::ostringstream s;
     s << "roughness " << q.roughness << " albedo " << q.baseColor.y << " metallic " << q.metallic << " specular " << q.specular << " ior "
-      << q.ior << " angles " << out << ", " << in << " turn " << turn;
+      << q.ior << " angles " << pair.out << ", " << pair.in << " turn " << pair.turn;
     return s.str();
 }
 
@@ -55,55 +62,61 @@ template <class Visit> void sweep(Visit&& visit) {
                                 q.normal = frame[2];
                                 q.wo = frame * direction(out, 0);
                                 q.wi = frame * direction(in, turn);
-                                visit(q, out, in, turn);
+                                visit(q, Pair{out, in, turn});
                             }
 }
 
-// The smaller cosine as both builds see it.
-double smallerCosine(const Query& q) {
-    const glm::dvec3 n(q.normal);
-    return std::min(std::abs(glm::dot(n, glm::dvec3(q.wo))), std::abs(glm::dot(n, glm::dvec3(q.wi))));
-}
+const char* const kRange = " | roughness 0, 1e-4 to 1; incidence to 89.9999 degrees; albedo 0, 1e-6, 1";
 
-TEST(ExtremeMaterials, ValuesAndDensities) {
-    const std::string range = "roughness 0, 1e-4 to 1; incidence to 89.9999 degrees; albedo 0, 1e-6, 1";
-    Worst value("material | f cos | " + range, "float64", 1e-4), pdf("material | density | " + range, "float64", 1e-4);
-    sweep([&](const Query& q, double out, double in, double turn) {
-        const Evaluation got = evaluateFloat(q), truth = evaluateDouble(q);
-        const auto where = [&] {
-            std::ostringstream s;
-            s << describe(q, out, in, turn) << " cosine " << smallerCosine(q) << " value " << got.value.y << " truth " << truth.value.y << " pdf " << got.pdf << " truth " << truth.pdf;
-            return s.str();
-        };
-        for (int c = 0; c < 3; ++c) value.compare(got.value[c], truth.value[c], where);
-        pdf.compare(got.pdf, truth.pdf, where);
-    });
-}
+// The errors of everything a material says of a pair of directions. Where terms of opposite sign meet, relative to the terms.
+class Errors {
+  public:
+    explicit Errors(const std::string& by)
+        : value_(row(by, "f cos")), pdf_(row(by, "density")), color_(row(by, "d baseColor")), rough_(row(by, "d roughness")), metal_(row(by, "d metallic")),
+          specular_(row(by, "d specular")), normal_(row(by, "d normal")) {}
 
-TEST(ExtremeMaterials, Derivatives) {
-    const std::string range = "roughness 0, 1e-4 to 1; incidence to 89.9999 degrees; albedo 0, 1e-6, 1";
-    Worst color("material | d baseColor | " + range, "float64", 1e-4), rough("material | d roughness | " + range, "float64", 1e-4);
-    Worst metal("material | d metallic | " + range, "float64", 1e-4), specular("material | d specular | " + range, "float64", 1e-4);
-    Worst normal("material | d normal | " + range, "float64", 1e-4);
-    sweep([&](const Query& q, double out, double in, double turn) {
-        const Evaluation got = evaluateFloat(q), truth = evaluateDouble(q);
-        const auto where = [&] {
-            std::ostringstream s;
-            s << describe(q, out, in, turn) << " cosine " << smallerCosine(q);
-            return s.str();
-        };
+    void add(const Query& q, const Evaluation& got, const std::string& where) {
+        const Evaluation truth = evaluateDouble(q);
+        const auto here = [&] { return where; };
+        pdf_.compare(got.pdf, truth.pdf, here);
         for (int c = 0; c < 3; ++c) {
             const double f = truth.value[c];
-            color.compare(got.baseColor[c], truth.baseColor[c], where);
-            // Terms of opposite sign meet where a derivative crosses zero: relative to the terms.
-            rough.compare(got.roughness[c], truth.roughness[c], where, 2 * f / std::max(1e-3, double(q.roughness)));
-            metal.compare(got.metallic[c], truth.metallic[c], where, f);
-            specular.compare(got.specular[c], truth.specular[c], where, f);
-            const double length = glm::length(truth.normal[c]);
+            value_.compare(got.value[c], f, here);
+            color_.compare(got.baseColor[c], truth.baseColor[c], here);
+            rough_.compare(got.roughness[c], truth.roughness[c], here, 2 * f / std::max(1e-3, double(q.roughness)));
+            metal_.compare(got.metallic[c], truth.metallic[c], here, f);
+            specular_.compare(got.specular[c], truth.specular[c], here, f);
             const double error = glm::length(got.normal[c] - truth.normal[c]);
-            normal.add(error <= 1e-30 ? 0 : error / std::max(length, f), where);
+            normal_.add(error <= 1e-30 ? 0 : error / std::max(glm::length(truth.normal[c]), f), here);
         }
+    }
+
+  private:
+    static Worst row(const std::string& by, const char* what) { return Worst("material, " + by + " | " + what + kRange, "float64", 1e-4); }
+    Worst value_, pdf_, color_, rough_, metal_, specular_, normal_;
+};
+
+TEST(ExtremeMaterials, FloatBuild) {
+    Errors errors("float build");
+    sweep([&](const Query& q, const Pair& pair) { errors.add(q, evaluateFloat(q), describe(q, pair)); });
+}
+
+// Every tenth of them: the arithmetic is the float build's, but for what the device does to it.
+TEST(ExtremeMaterials, Device) {
+    Errors errors("device");
+    std::vector<Query> queries;
+    std::vector<std::string> where;
+    std::size_t i = 0;
+    sweep([&](const Query& q, const Pair& pair) {
+        if (i++ % 11) return;
+        queries.push_back(q);
+        where.push_back(describe(q, pair));
     });
+    const auto results = evaluateOn<BsdfResult>(device(), "evaluate_bsdf", queries);
+    for (i = 0; i < queries.size(); ++i) {
+        const BsdfResult& r = results[i];
+        errors.add(queries[i], {r.valueWithDerivatives, double(r.pdf), r.baseColor, r.roughness, r.metallic, r.specular, r.normal()}, where[i]);
+    }
 }
 
 } // namespace
