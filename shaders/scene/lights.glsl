@@ -3,7 +3,9 @@
 
 struct LightSample {
     vec3 direction; // unit, towards the light
-    float distance;
+    float distance; // infinite in effect where there is no target
+    bool hasTarget;
+    vec3 target; // where its shadow ray ends: just before the emitter
     vec3 radiance; // arriving unoccluded
     float density; // per solid angle, or the selection probability of a light without extent
     bool extended; // a drawn direction could have found it as well
@@ -26,6 +28,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
     LightSample s;
     s.direction = vec3(0, 0, 1);
     s.distance = 0.0;
+    s.hasTarget = false;
+    s.target = vec3(0);
     s.radiance = vec3(0);
     s.density = 0.0;
     s.extended = true;
@@ -49,6 +53,9 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
         s.distance = sqrt(distance2);
         s.direction = offset / max(s.distance, 1e-30);
         const float cosLight = -dot(vec3(t0.w, t1.w, t2.w), s.direction);
+        s.hasTarget = true;
+        const float magnitude = max(largestCoordinate(t0.xyz), max(largestCoordinate(t0.xyz + t1.xyz), largestCoordinate(t0.xyz + t2.xyz)));
+        s.target = offsetRayOrigin(point, vec3(t0.w, t1.w, t2.w), -s.direction, magnitude);
         s.material = triangleIndices(head.y).w;
         s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
         if (kAlphaMask && isCutOut(head.y, b)) s.density = 0.0; // a hole emits nothing
@@ -69,6 +76,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             const vec3 offset = where.xyz - position;
             s.distance = length(offset);
             s.direction = offset / max(s.distance, 1e-30);
+            s.hasTarget = true;
+            s.target = where.xyz - 1e-4 * offset; // it may sit on a surface
             float falloff = distanceFalloff(s.distance * s.distance, where.w);
             if (head.x == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, power.w);
             s.radiance = power.xyz * falloff;
