@@ -25,7 +25,7 @@ void main() {
     if (push.count == 0 || pixel >= batch.pixels) return;
     FilmPixel p = film[pixel];
     const uint first = pixelOffsets[pixel], end = pixelOffsets[pixel + 1]; // at most kMaxPixelSamples apart
-    const uint sample0 = pixel == 0 ? batch.firstSample : 0;
+    const uint sample0 = batch.earlierSamples + (pixel == 0 ? batch.firstSample : 0);
     for (uint path = first; path < end; ++path) {
         const vec3 value = kForward ? tangents[path] : vertices[path].suffix;
         const bool finite = !any(isnan(value)) && !any(isinf(value));

@@ -25,7 +25,7 @@ void main() {
         if (pixelOffsets[middle] <= path) low = middle;
         else high = middle - 1;
     }
-    const uint index = path - pixelOffsets[low] + (low == 0 ? batch.firstSample : 0);
+    const uint index = batch.earlierSamples + path - pixelOffsets[low] + (low == 0 ? batch.firstSample : 0);
     paths[path] = uvec2(low, index);
 
     const uint pixel = batch.firstPixel + low;

@@ -10,7 +10,8 @@ struct Batch {
     uint pass;
 
     uint firstPixel; // row-major index in the image
-    uint firstSample; // index of the batch's first sample within that pixel
+    uint firstSample; // of the pass, within that pixel, that the batch begins with
+    uint earlierSamples; // of every pixel, in passes that this one continues
     uint pixels; // pixels the batch touches; the last may continue in the next batch
     uint paths;
 

@@ -1,5 +1,6 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
 #include "app/commands.h"
+#include "app/display.h"
 #include "app/gradient_check.h"
 #include "app/guided_session.h"
 #include "app/layers_file.h"
@@ -34,8 +35,19 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     const bool layered = !options.layers.empty();
     guided.passes().prepareNext(Renderer::Mode::Forward, layered);
     const Stopwatch watch;
+    DisplayStream display(options.displayServer, displayTitle(options));
     Layers layers;
-    Image gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions, layered ? &layers : nullptr);
+    Image gradient;
+    if (display.active() && !options.positivize) {
+        Film film(view.width, view.height, layered);
+        showGrowing(display, "gradient", film, spp,
+                    [&](std::uint32_t part) { guided.passes().forward(view, part, derivativeKey(options), session.parameters, directions, film); });
+        gradient = film.image();
+        layers = film.layers();
+    } else {
+        gradient = guided.passes().forward(view, spp, derivativeKey(options), session.parameters, directions, layered ? &layers : nullptr);
+        display.show("gradient", gradient);
+    }
     report.seconds.gradient += watch.seconds();
     report.spp = spp;
     if (layered) {
@@ -46,10 +58,11 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     return gradient;
 }
 
-Image adjointOfLoss(const Options& options, Report& report, Session& session, const View& view, const Target& target) {
+Image adjointOfLoss(const Options& options, Report& report, Session& session, const View& view, const Target& target, DisplayStream& display) {
     const Stopwatch watch;
     const Image image = session.renderer().render(view, options.effectiveSpp(), {.seed = options.seed});
     report.seconds.primal = watch.seconds();
+    display.show("image", image);
     LossResult loss = evaluateLoss(options.loss, image, target.image, target.mask);
     if (loss.nonFinite > 0)
         report.dropped["loss.nonfinite"] += loss.nonFinite;
@@ -76,6 +89,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     else
         requireWritableFolder(options.output);
 
+    DisplayStream display(options.displayServer, displayTitle(options));
     Image adjoint;
     Target target;
     std::string camera;
@@ -92,7 +106,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
         session.prepare(view, folder, {Renderer::Mode::Reverse});
     } else {
         session.prepare(view, folder, {Renderer::Mode::Render, Renderer::Mode::Reverse});
-        adjoint = adjointOfLoss(options, report, session, view, target);
+        adjoint = adjointOfLoss(options, report, session, view, target, display);
     }
 
     const std::uint32_t spp = options.effectiveSppGradient();
@@ -108,6 +122,10 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     guided.passes().reverse(view, spp, derivativeKey(options), adjoint, gradients);
     report.seconds.gradient = watch.seconds();
 
+    for (std::size_t i = 0; i < gradients.size(); ++i) {
+        const Parameter& parameter = session.scene.parameters[session.parameters[i]];
+        display.show("gradient." + parameter.name, parameterImage(parameter, gradients[i]));
+    }
     guided.finish();
     writeGradients(options, report, session, gradients);
     session.finish();

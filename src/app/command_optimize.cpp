@@ -1,6 +1,7 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
 #include "app/commands.h"
 #include "app/contact_sheet.h"
+#include "app/display.h"
 #include "app/guided_session.h"
 #include "app/interrupt.h"
 #include "app/loss_curve.h"
@@ -8,6 +9,7 @@
 #include "app/output.h"
 #include "app/session.h"
 #include "app/targets.h"
+#include "optimize/observed_model.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
 #include "optimize/renderer_model.h"
@@ -63,6 +65,16 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
     report.outputs.emplace_back("loss_curve", curve.string());
 }
 
+void showStep(const Optimization& run, DisplayStream& display) {
+    for (std::size_t i = 0; display.active() && i < run.parameters().size(); ++i) {
+        const Parameter& parameter = run.scene().parameters[run.parameters()[i]];
+        display.show("gradient." + parameter.name, parameterImage(parameter, run.gradients()[i]));
+        Image values(int(parameter.width), int(parameter.height), int(parameter.channels));
+        values.values = parameter.values;
+        display.show(parameter.name, values);
+    }
+}
+
 } // namespace
 
 ExitCode runOptimize(const Options& options, Report& report) {
@@ -76,7 +88,11 @@ ExitCode runOptimize(const Options& options, Report& report) {
     RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
     config.stop = &stopOnInterrupt();
 
-    Optimization run(model, session.scene, config, session.parameters);
+    DisplayStream display(options.displayServer, displayTitle(options));
+    ObservedModel shown(model, [&](std::size_t view, const Image& image) {
+        display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
+    });
+    Optimization run(shown, session.scene, config, session.parameters);
     RunFolder folder(options.output);
     folder.writeTargets(run);
     constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
@@ -92,6 +108,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
         if (step.dropped > 0)
             report.dropped["optimize.nonfinite"] += step.dropped;
         folder.appendStep(step);
+        showStep(run, display);
         if (step.step == 0)
             for (std::size_t p = 0; p < session.parameters.size(); ++p)
                 session.warnUnreached(session.parameters[p], step.gradientNorm[p] > 0);

@@ -1,5 +1,6 @@
 // render: an image of the scene, and layers of what the camera sees.
 #include "app/commands.h"
+#include "app/display.h"
 #include "app/guided_session.h"
 #include "app/layers_file.h"
 #include "app/output.h"
@@ -20,8 +21,16 @@ ExitCode runRender(const Options& options, Report& report) {
     guided.passes().prepareNext(Renderer::Mode::Render, !options.layers.empty());
     const Stopwatch watch;
     Layers layers;
-    const Image image =
-        guided.passes().render(view, options.effectiveSpp(), {.seed = options.seed}, options.layers.empty() ? nullptr : &layers);
+    Image image;
+    const PassKey key{.seed = options.seed};
+    if (DisplayStream display(options.displayServer, displayTitle(options)); display.active()) {
+        Film film(view.width, view.height, !options.layers.empty());
+        showGrowing(display, "image", film, options.effectiveSpp(), [&](std::uint32_t spp) { guided.passes().render(view, spp, key, film); });
+        image = film.image();
+        layers = film.layers();
+    } else {
+        image = guided.passes().render(view, options.effectiveSpp(), key, options.layers.empty() ? nullptr : &layers);
+    }
     report.seconds.primal = watch.seconds();
 
     writeExr(options.output, image);

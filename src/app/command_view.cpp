@@ -1,5 +1,6 @@
 // view: an EXR image as a PNG to look at.
 #include "app/commands.h"
+#include "app/display_image.h"
 #include "app/output.h"
 #include "app/signed_colors.h"
 #include "base/log.h"
@@ -12,17 +13,6 @@
 
 namespace cmpg {
 namespace {
-
-Image exposed(const Image& image, float exposure) {
-    Image result(image.width, image.height, 3);
-    const float factor = std::exp2(exposure);
-    for (std::size_t p = 0; p < image.pixels(); ++p)
-        for (int c = 0; c < 3; ++c) {
-            const float value = image.values[p * image.channels + std::min(c, image.channels - 1)];
-            result.values[p * 3 + c] = std::clamp(value * factor, 0.f, 1.f);
-        }
-    return result;
-}
 
 // Exposure that shows most of an image, where the one asked for shows next to nothing of it: lights in candela, for instance, make
 // images of thousands.
@@ -46,17 +36,6 @@ std::optional<float> betterExposure(const Image& image, float exposure) {
     return -std::round(2 * std::log2(*place)) / 2;
 }
 
-// The image over its legend. Small images (gradients of textures) are enlarged so that the legend has room.
-Image withLegend(const Image& values, double scale) {
-    constexpr int kMinimumWidth = 128, kMargin = 6;
-    const int zoom = std::max(1, (kMinimumWidth + values.width - 1) / values.width);
-    const int width = values.width * zoom, height = values.height * zoom;
-    Canvas canvas(width, height + kMargin + kSignedLegendHeight);
-    canvas.picture(0, 0, width, height, colorSigned(values, scale));
-    drawSignedLegend(canvas, kMargin, height + kMargin, width - 2 * kMargin, scale);
-    return canvas.image();
-}
-
 } // namespace
 
 ExitCode runView(const Options& options, Report& report) {
@@ -67,13 +46,13 @@ ExitCode runView(const Options& options, Report& report) {
     if (options.isSigned) {
         const Image values = channelMean(image);
         const double scale = (options.scale ? double(*options.scale) : signedScale(values)) * std::exp2(-double(options.exposure));
-        writePng(options.output, withLegend(values, scale));
+        writePng(options.output, signedPicture(values, scale));
         char line[96];
         std::snprintf(line, sizeof line, "scale: -%.3g (blue) to +%.3g (orange)\n", scale, scale);
         textOut(options) << line;
         report.extra["scale"] = scale;
     } else {
-        writePng(options.output, exposed(image, options.exposure));
+        writePng(options.output, exposedPicture(image, options.exposure));
         if (const auto better = betterExposure(image, options.exposure)) {
             char line[96];
             std::snprintf(line, sizeof line, "the picture is nearly all %s: try --exposure %g", *better < options.exposure ? "white" : "black",

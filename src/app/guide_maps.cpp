@@ -1,6 +1,8 @@
 // Pictures of what one cell of a guide would draw from.
 #include "app/guide_maps.h"
 
+#include "app/display_image.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,15 +11,6 @@ namespace {
 
 constexpr int kEdge = 256, kMargin = 12, kAxis = 14, kTitle = 34, kCaption = 16, kLegend = 30;
 constexpr double kDecades = 4; // between the brightest colour and the darkest; what is less is as dark
-
-// From night blue over red to cream: lightness grows all the way. `t` in [0, 1].
-Color heat(double t) {
-    static constexpr int kStops[][3] = {{24, 16, 60}, {88, 22, 118}, {186, 48, 92}, {243, 138, 46}, {255, 246, 200}};
-    const double place = std::clamp(t, 0.0, 1.0) * 4;
-    const int stop = std::min(int(place), 3);
-    const auto channel = [&](int c) { return int(std::lround(kStops[stop][c] + (place - stop) * (kStops[stop + 1][c] - kStops[stop][c]))); };
-    return displayColor(channel(0), channel(1), channel(2));
-}
 
 std::string number(double value) {
     char text[32];
@@ -32,7 +25,7 @@ void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Ima
     for (int j = 0; j < kEdge; ++j)
         for (int i = 0; i < kEdge; ++i) {
             const double density = double(map.at(i, j)[0]);
-            canvas.set(x + i, y + j, density > 0 ? heat(1 + std::log10(density / high) / kDecades) : kBlack);
+            canvas.set(x + i, y + j, density > 0 ? heatColor(1 + std::log10(density / high) / kDecades) : kBlack);
         }
     // The map's axes at its corners, then the scale.
     const Color ink = displayColor(70, 70, 70);
@@ -49,7 +42,7 @@ void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Ima
         return;
     }
     for (int i = 0; i < kEdge; ++i)
-        canvas.rectangle(x + i, y, 1, 10, heat((i + 0.5) / kEdge));
+        canvas.rectangle(x + i, y, 1, 10, heatColor((i + 0.5) / kEdge));
     const std::string least = number(high * std::pow(10.0, -kDecades)), most = number(high);
     canvas.text(x, y + 14, least);
     canvas.text(x + (kEdge - Canvas::textWidth("log, black: 0")) / 2, y + 14, "log, black: 0", ink);

@@ -118,6 +118,11 @@ void addCommon(CLI::App& app, Options& o) {
         ->group(run);
     app.add_option("-o,--output", o.output, "File or folder to write")->option_text("PATH")->group(run);
     app.add_option("--config", o.config, "Start from the options of a run.json")->option_text("FILE")->group(run);
+    app.add_option("--display-server", o.displayServer,
+                   "render, gradient, optimize: show images while they are made in a display such as tev, over the network. A slow or absent "
+                   "display does not hold up the run")
+        ->option_text(kind("HOST:PORT", "none"))
+        ->group(run);
     app.add_flag("--json", o.json, "Print one JSON object on stdout, everything else on stderr")->group(run);
     app.add_flag("--quiet", o.quiet, "Print no configuration and no progress")->group(run);
     app.add_flag("--headless", o.headless, "No window (the only way for now)")->group(run);

@@ -24,6 +24,7 @@ struct Options {
     std::string output; // -o
     std::string config; // --config
     bool headless = false, json = false, quiet = false;
+    std::string displayServer; // --display-server: HOST:PORT; empty: none
 
     // Common to all commands. Unset optionals depend on the command: see effectiveSpp() and the like.
     std::optional<std::uint32_t> spp, sppGradient;

@@ -2,6 +2,7 @@
 #include "app/options.h"
 
 #include "base/error.h"
+#include "live/display_stream.h"
 
 #include <cmath>
 #include <filesystem>
@@ -379,6 +380,8 @@ void validate(const Options& o) {
     for (const std::string& s : o.set)
         if (s.find('=') == std::string::npos || s.front() == '=')
             refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
+    if (!o.displayServer.empty())
+        DisplayStream::requireAddress(o.displayServer);
     requireFinite(o.targetExposure, "--target-exposure", -64, 64);
     requireFinite(o.exposure, "--exposure", -64, 64);
     if (o.scale)

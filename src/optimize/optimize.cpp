@@ -12,7 +12,6 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kPrimalPass = 0, kGradientPass = 1;
-constexpr std::uint32_t kReportStep = ~0u; // random numbers of images made for the report: of no step
 
 struct SquareSum {
     double squares = 0;
@@ -38,8 +37,13 @@ SquareSum squareSum(std::span<const double> gradient) {
 
 } // namespace
 
-Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters)
-    : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)) {
+PassKey pictureKey(std::uint64_t seed, std::size_t view) {
+    return {seed, ~0u - std::uint32_t(view), kPrimalPass};
+}
+
+Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters,
+                           OptimizeState start)
+    : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)), state_(std::move(start)) {
     if (config_.targets.size() != model_.views())
         throw Error(ExitCode::Usage,
                     std::to_string(model_.views()) + " views but " + std::to_string(config_.targets.size()) + " targets", {},
@@ -51,8 +55,14 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
     for (const std::uint32_t index : parameters_) {
         Parameter& parameter = scene_.parameters.at(index);
         parameter.materialise();
-        state_.moments.push_back(initialMoments(config_.optimizer, parameter));
+        if (state_.moments.size() < parameters_.size())
+            state_.moments.push_back(initialMoments(config_.optimizer, parameter));
     }
+}
+
+void Optimization::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {
+    config_.spp = spp;
+    config_.sppGradient = sppGradient;
 }
 
 StepReport Optimization::step() {
@@ -100,7 +110,7 @@ void Optimization::addView(std::size_t view, StepReport& report) {
 void Optimization::applyUpdate(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     const OptimizerConfig& optimizer = config_.optimizer;
-    const double factor = scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
+    const double factor = rateFactor_ * scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
     report.rate = slotRate(optimizer, scene_.parameters[parameters_[0]].kind) * factor * state_.moments[0].unit;
 
     std::uint64_t finite = 0;
@@ -120,7 +130,7 @@ void Optimization::applyUpdate(StepReport& report) {
         return;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         Parameter& parameter = scene_.parameters[parameters_[i]];
-        report.dropped += updateParameter(optimizer, state_.step, factor, gradients_[i], state_.moments[i], parameter);
+        report.dropped += updateParameter(optimizer, state_.step - state_.moments[i].start, factor, gradients_[i], state_.moments[i], parameter);
         model_.setParameter(parameters_[i], parameter.values);
     }
 }
@@ -137,7 +147,7 @@ bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) 
 }
 
 Image Optimization::render(std::size_t view, std::uint32_t spp) {
-    return model_.render(view, spp, {config_.seed, kReportStep - std::uint32_t(view), kPrimalPass});
+    return model_.render(view, spp, pictureKey(config_.seed, view));
 }
 
 } // namespace cmpg

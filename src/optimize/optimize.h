@@ -40,11 +40,14 @@ struct OptimizeState {
     std::vector<Moments> moments;
 };
 
+// Random numbers of the image of a view that is made to be looked at: of no step.
+PassKey pictureKey(std::uint64_t seed, std::size_t view);
+
 class Optimization {
   public:
     // `parameters`: indices into scene.parameters, which hold the current values after every step. Error(Input) if a view
-    // and its target do not fit.
-    Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters);
+    // and its target do not fit. `start`: to go on from another run; its moments are those of `parameters`.
+    Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
     // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; then the model learns; regulariser,
     // update, projection. Error(Numerical) if no gradient entry at all is finite.
@@ -55,6 +58,10 @@ class Optimization {
     // Image of a view at the current parameters, with the same random numbers whatever the step: two of them differ by what the
     // parameters changed, not by noise.
     Image render(std::size_t view, std::uint32_t spp);
+
+    // For the steps to come.
+    void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
+    void setRateFactor(double factor) { rateFactor_ = factor; } // on all rates, beside the schedule
 
     const OptimizeConfig& config() const { return config_; }
     const OptimizeState& state() const { return state_; }
@@ -72,6 +79,7 @@ class Optimization {
     OptimizeConfig config_;
     std::vector<std::uint32_t> parameters_;
     OptimizeState state_;
+    double rateFactor_ = 1;
     std::vector<std::vector<double>> gradients_;
 };
 

@@ -40,6 +40,7 @@ double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps
 // What an optimiser remembers of one parameter.
 struct Moments {
     float unit = 1;                   // what the rate is multiplied by: fixed from the starting values
+    std::uint32_t start = 0;          // step of the run that they begin at
     std::vector<float> first, second; // second is empty for SGD
 };
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter);

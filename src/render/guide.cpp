@@ -94,6 +94,12 @@ UpdateReport Guide::update() {
     return report;
 }
 
+void Guide::discardRecords() {
+    if (open_)
+        buffers.collect(tree, primalUnit_, derivativeUnit_);
+    open_ = false;
+}
+
 void Guide::replace(SdTree other) {
     if (other.nodes() > mostNodes_)
         throw Error(ExitCode::Input, "the guide does not fit: it has " + std::to_string(other.nodes()) + " nodes",

@@ -25,6 +25,7 @@ struct Guide {
         setUnits(mean > 0 ? mean : 1, shortestNormal);
     }
     UpdateReport update();
+    void discardRecords();
     void replace(SdTree other);
 
   private:

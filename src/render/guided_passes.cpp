@@ -42,6 +42,11 @@ struct GuidedPasses::Impl {
     SamplingChoice images, derivatives; // ways of primal passes, and of derivative passes in either mode
     bool trained = false;               // by passes of this run or of the one that saved the guide
     double reference = 0;               // of the roulette, for a mean |adjoint| of 1
+    struct Figures {
+        SamplingChoice images, derivatives;
+        double reference;
+    };
+    Figures stepStart{images, derivatives, 0}; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
     std::uint32_t step = 0;
     double seconds = 0;
@@ -55,6 +60,11 @@ struct GuidedPasses::Impl {
             return derivatives.next(step);
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
+
+    // What is drawn by when nothing is learned.
+    SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
+
+    void beginStep() { stepStart = {images, derivatives, reference}; }
 
     SamplingDecision decide(const SamplingChoice& choice) const {
         SamplingDecision d;
@@ -89,6 +99,7 @@ struct GuidedPasses::Impl {
         if (adjointSquares > 0 && m.paths > 0)
             choice.observe(way, m.variance * spp / adjointSquares, double(m.rays) / double(m.paths));
         renderer.updateGuide();
+        beginStep();
     }
 
     std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, double meanAdjoint, const SamplingWay& way, int sign,
@@ -148,17 +159,17 @@ void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
     impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = impl_->options.positivize && !image}, layers);
 }
 
-void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed) {
+void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
     const ScopedTime time(impl_->seconds);
-    for (std::uint32_t i = 0; i < passes; ++i)
+    for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->images, spp, i, 1, [&] { impl_->renderer.render(view, spp, {seed, i, kLearningPass}); });
     impl_->trained |= passes > 0;
 }
 
 void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
-                                std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions) {
+                                std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, std::uint32_t first) {
     const ScopedTime time(impl_->seconds);
-    for (std::uint32_t i = 0; i < passes; ++i)
+    for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->derivatives, spp, i, 1,
                      [&] { impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions); });
     impl_->trained |= passes > 0;
@@ -206,6 +217,17 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
     return gradient;
 }
 
+void GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) {
+    impl_->use(impl_->settledWay(impl_->images), false);
+    impl_->renderer.render(view, spp, key, film);
+}
+
+void GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                           std::span<const std::vector<float>> directions, Film& film) {
+    impl_->use(impl_->settledWay(impl_->derivatives), false);
+    impl_->renderer.forward(view, spp, key, parameters, directions, film);
+}
+
 std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                     std::vector<std::vector<double>>& gradients) {
     Impl& p = *impl_;
@@ -238,6 +260,14 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
 
 void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
 
+void GuidedPasses::abandonStep() {
+    impl_->images = impl_->stepStart.images;
+    impl_->derivatives = impl_->stepStart.derivatives;
+    impl_->reference = impl_->stepStart.reference;
+    impl_->gating = false;
+    impl_->renderer.discardRecords();
+}
+
 void GuidedPasses::endStep() {
     const ScopedTime time(impl_->seconds);
     if (!impl_->learning)
@@ -245,6 +275,7 @@ void GuidedPasses::endStep() {
     impl_->renderer.updateGuide();
     impl_->trained = true;
     ++impl_->step;
+    impl_->beginStep();
 }
 
 SamplingDecision GuidedPasses::decision() const { return impl_->decide(impl_->derivatives); }
@@ -272,6 +303,7 @@ void GuidedPasses::load(LoadedGuide guide) {
     impl_->reference = guide.record.reference;
     impl_->renderer.setGuide(std::move(guide.tree));
     impl_->trained = true;
+    impl_->beginStep();
 }
 
 } // namespace cmpg

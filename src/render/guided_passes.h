@@ -33,16 +33,20 @@ class GuidedPasses {
     void prepareNext(Renderer::Mode mode, bool layers = false);
 
     // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
-    // any result. For auto and the roulette gate they measure variance and rays of each kind.
-    void trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed);
+    // any result. For auto and the roulette gate they measure variance and rays of each kind. `first`: how many there were already.
+    void trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first = 0);
     void trainForward(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed,
-                      std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions);
+                      std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, std::uint32_t first = 0);
     void trainReverse(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, const Image& adjoint);
 
     // As the functions of Renderer, drawn as decided. They leave no records unless learning() was turned on.
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
+    // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
+    void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
+    void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                 std::span<const std::vector<float>> directions, Film& film);
     // Pixel sampling included. Returns the number of camera paths.
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);
@@ -50,6 +54,9 @@ class GuidedPasses {
     // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew.
     void setLearning(bool on);
     void endStep();
+    // After a pass that was ended early: forgets what was recorded and measured since the last step or learning pass ended, so that
+    // it can begin again.
+    void abandonStep();
 
     SamplingDecision decision() const;      // of derivative passes
     SamplingDecision imageDecision() const; // of images

@@ -2,12 +2,13 @@
 #include "render/renderer.h"
 
 #include "base/error.h"
-#include "render/film_sums.h"
+#include "render/batch_size.h"
 #include "render/guide.h"
 #include "render/moment_sum.h"
 #include "render/wavefront.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -33,6 +34,7 @@ struct PassInput {
     std::span<const float> weights;
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
     PassSampling sampling;
+    const Film* film = nullptr; // whose sums the pass continues
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
 };
@@ -79,7 +81,13 @@ struct Renderer::Impl {
     SceneBuffers buffers;
     PoolNeeds needs;
     std::unique_ptr<Pools> pools; // made for `needs`
-    std::map<FeatureSet::Pass, Wavefront> wavefronts;
+    struct Kernels {
+        Wavefront wavefront;
+        BatchSize batchSize; // where the time of a submission is bounded
+    };
+    std::map<FeatureSet::Pass, Kernels> kernels;
+    Interaction interaction;
+    bool countersOpen = false; // the device's counters hold what a pass that ended early left
     RenderStatistics statistics;
     PassSampling sampling; // of the passes to come
     PassMeasure measure;   // of the last one
@@ -117,7 +125,7 @@ struct Renderer::Impl {
         return pass;
     }
 
-    Wavefront& wavefront(const FeatureSet::Pass& pass) {
+    Kernels& prepare(const FeatureSet::Pass& pass) {
         PoolNeeds all = needs;
         all.modes |= 1u << pass.mode;
         all.layers |= pass.layers;
@@ -128,12 +136,16 @@ struct Renderer::Impl {
             pools.reset();
             pools = std::make_unique<Pools>(device, features, needs, config.memoryBudget);
         }
-        const auto found = wavefronts.find(pass);
-        if (found != wavefronts.end())
+        const auto found = kernels.find(pass);
+        if (found != kernels.end())
             return found->second;
-        Wavefront& w = wavefronts.try_emplace(pass, device, features, pass).first->second;
-        warmUp(device, w.kernels(), w.bindings(buffers, *pools, guideBuffers()).front());
-        return w;
+        if (interaction.compiling)
+            interaction.compiling(true);
+        Kernels made{Wavefront(device, features, pass), {}};
+        warmUp(device, made.wavefront.kernels(), made.wavefront.bindings(buffers, *pools, guideBuffers()).front());
+        if (interaction.compiling)
+            interaction.compiling(false);
+        return kernels.emplace(pass, std::move(made)).first->second;
     }
 
     const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
@@ -147,6 +159,7 @@ struct Renderer::Impl {
         batch.pass = in.key.pass;
         batch.firstPixel = std::uint32_t(pixel);
         batch.firstSample = done;
+        batch.earlierSamples = in.film ? in.film->samples : 0;
         batch.width = in.width;
         batch.height = in.height;
         batch.surfaceScale = in.surfaceScale;
@@ -185,11 +198,14 @@ struct Renderer::Impl {
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
         const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling, learned());
-        Wavefront& w = wavefront(pass);
+        Kernels& k = prepare(pass);
+        if (countersOpen)
+            countDropped();
+        countersOpen = true;
         if (guide)
             pools->guideInfo.upload(std::as_bytes(std::span(&guide->info(pass, in.sampling, in.spp), 1)));
         Commands commands(device);
-        w.record(commands, buffers, *pools, guideBuffers(), film);
+        k.wavefront.record(commands, buffers, *pools, guideBuffers(), film);
 
         const std::size_t pixels = std::size_t(in.width) * in.height;
         // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
@@ -206,7 +222,8 @@ struct Renderer::Impl {
         while (pixel < pixels) {
             const std::size_t startPixel = pixel;
             const std::uint32_t startSample = done;
-            const gpu::Batch batch = nextBatch(in, most, pixel, done, offsets);
+            const bool bounded = interaction.submissionSeconds > 0;
+            const gpu::Batch batch = nextBatch(in, bounded ? std::min(most, k.batchSize.paths()) : most, pixel, done, offsets);
             const bool split = done > 0;
             pools->batch.upload(std::as_bytes(std::span(&batch, 1)));
             pools->pixelOffsets.uploadAll(offsets);
@@ -217,18 +234,16 @@ struct Renderer::Impl {
             counts[0].arrivalGroups = counts[0].vertexGroups;
             pools->counts.uploadAll(counts);
             if (film) {
-                tile.assign(batch.pixels, {});
-                tile[0] = carry;
+                beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry);
                 pools->film.uploadAll(tile);
                 if (layers) {
-                    layerTile.assign(batch.pixels, {});
-                    layerTile[0] = layerCarry;
+                    beginTile(layerTile, batch, in.film ? &in.film->layerSums : nullptr, layerCarry);
                     pools->layerFilm.uploadAll(layerTile);
                 }
             }
             if (mode == kModeReverse)
                 uploadAdjoint(in, batch);
-            commands.submitAndWait();
+            submit(commands, batch.paths, k.batchSize);
             counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
             if (counts[0].overflow) {
                 pixel = startPixel;
@@ -261,6 +276,27 @@ struct Renderer::Impl {
             measure.reference = moments.reference() / double(pixels);
         }
         return countDropped();
+    }
+
+    void submit(Commands& commands, std::uint32_t paths, BatchSize& batchSize) const {
+        if (interaction.beforeSubmission)
+            interaction.beforeSubmission();
+        const auto start = std::chrono::steady_clock::now();
+        commands.submitAndWait();
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+        if (interaction.submissionSeconds > 0)
+            batchSize.observe(paths, taken.count(), interaction.submissionSeconds);
+    }
+
+    // What a batch adds to: sums of earlier passes, and of an earlier batch where it begins within a pixel.
+    template <class Sums>
+    static void beginTile(std::vector<Sums>& tile, const gpu::Batch& batch, const std::vector<Sums>* film, const Sums& carry) {
+        if (film)
+            tile.assign(film->begin() + batch.firstPixel, film->begin() + batch.firstPixel + batch.pixels);
+        else
+            tile.assign(batch.pixels, {});
+        if (batch.firstSample > 0)
+            tile[0] = carry;
     }
 
     // Paths of the next batch, from how many vertices the last one's made at their fullest bounce.
@@ -300,6 +336,7 @@ struct Renderer::Impl {
         const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
         std::fill(counters.begin(), counters.end(), 0u);
         pools->statistics.uploadAll(counters);
+        countersOpen = false;
         return tooLarge;
     }
 
@@ -310,33 +347,55 @@ struct Renderer::Impl {
             guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
-        if (layers) {
-            const Image color(view.width, view.height, 3), single(view.width, view.height, 1);
-            *layers = {color, single, color, Image(view.width, view.height, 1, float(spp)), single, single, single,
-                       std::vector<Image>(std::min(gpu::kLayerDepths, config.maxDepth - 1), single)};
-        }
+        if (layers)
+            *layers = Layers(view.width, view.height, spp, layerDepths());
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
-            const glm::dvec4 sums = filmSums(p) / double(spp);
-            const glm::dvec3 mean(sums);
+            const glm::dvec4 means = filmSums(p) / double(spp);
             for (int c = 0; c < 3; ++c)
-                result.values[3 * pixel + c] = float(mean[c]);
-            variance += std::max(0.0, sums.w - glm::dot(mean, mean) / 3) / double(std::max(1u, spp - 1));
-            if (!layers)
-                return;
-            const float hits = std::max(l.hit, 1.0f);
-            for (int c = 0; c < 3; ++c) {
-                layers->normal.values[3 * pixel + c] = l.normal[c] / hits;
-                layers->albedo.values[3 * pixel + c] = l.albedo[c] / hits;
-            }
-            layers->depth.values[pixel] = l.depth / hits;
-            layers->guided.values[pixel] = l.guided / hits;
-            layers->dead.values[pixel] = l.dead / hits;
-            layers->cell.values[pixel] = l.cell;
-            for (std::size_t d = 0; d < layers->lightShare.size(); ++d)
-                layers->lightShare[d].values[pixel] = l.drawn[int(d)] > 0 ? l.lightShare[int(d)] / l.drawn[int(d)] : -1.0f;
+                result.values[3 * pixel + c] = float(means[c]);
+            variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, spp - 1));
+            if (layers)
+                layers->set(pixel, l);
         });
         measure.variance = variance;
         return result;
+    }
+
+    // That layers tell of: nothing is drawn at the last one.
+    std::uint32_t layerDepths() const { return std::min(gpu::kLayerDepths, config.maxDepth - 1); }
+
+    // Leaves no records.
+    void addTo(Film& film, std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key) {
+        if (film.width != view.width || film.height != view.height)
+            throw Error(ExitCode::Usage, "the film's size differs from the view's");
+        PassInput in = passInput(view, key, spp);
+        in.sampling = sampling;
+        in.sampling.record = false;
+        in.film = &film;
+        Film sum(film.width, film.height, film.hasLayers());
+        run(mode, film.hasLayers(), true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
+            sum.pixels[pixel] = p;
+            if (sum.hasLayers())
+                sum.layerSums[pixel] = l;
+        });
+        sum.samples = film.samples + spp;
+        sum.layerDepths = layerDepths();
+        film = std::move(sum);
+    }
+
+    void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
+        prepare(kernelsOf(kModeForward, layers, sampling, learned())); // has the buffer made
+        std::vector<float> direction(buffers.gradientEntries(), 0.0f);
+        for (std::size_t i = 0; i < parameters.size(); ++i) {
+            const auto found = std::find(config.differentiable.begin(), config.differentiable.end(), parameters[i]);
+            if (found == config.differentiable.end())
+                throw Error(ExitCode::Usage, scene.parameters[parameters[i]].name + " was not named as differentiable");
+            const std::uint64_t at = buffers.gradientOffset(std::size_t(found - config.differentiable.begin()));
+            if (directions[i].size() != scene.parameters[parameters[i]].entries())
+                throw Error(ExitCode::Usage, "the direction of " + scene.parameters[parameters[i]].name + " has the wrong number of entries");
+            std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
+        }
+        pools->direction.uploadAll(direction);
     }
 
     // Length of the shortest vector of the differentiable normals, by whose inverse their derivatives grow; at most 1, and not so short
@@ -383,12 +442,14 @@ void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
         impl_->needs.modes |= 1u << std::uint32_t(m);
     impl_->pools.reset();
     for (const Mode m : modes)
-        impl_->wavefront(impl_->kernelsOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
+        impl_->prepare(impl_->kernelsOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
 }
 
 void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
-    impl_->wavefront(impl_->kernelsOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
+    impl_->prepare(impl_->kernelsOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
 }
+
+void Renderer::setInteraction(Interaction interaction) { impl_->interaction = std::move(interaction); }
 
 void Renderer::setSampling(const PassSampling& sampling) { impl_->sampling = sampling; }
 
@@ -399,6 +460,8 @@ UpdateReport Renderer::updateGuide() {
     impl_->statistics.refusedSplits = report.refusedSplits;
     return report;
 }
+
+void Renderer::discardRecords() { impl_->guide.value().discardRecords(); }
 
 const SdTree& Renderer::guide() const { return impl_->guide.value().tree; }
 
@@ -414,20 +477,16 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                         std::span<const std::vector<float>> directions, Layers* layers) {
-    Impl& r = *impl_;
-    r.wavefront(r.kernelsOf(kModeForward, layers != nullptr, r.sampling, r.learned()));
-    std::vector<float> direction(r.buffers.gradientEntries(), 0.0f);
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-        const auto found = std::find(r.config.differentiable.begin(), r.config.differentiable.end(), parameters[i]);
-        if (found == r.config.differentiable.end())
-            throw Error(ExitCode::Usage, r.scene.parameters[parameters[i]].name + " was not named as differentiable");
-        const std::uint64_t at = r.buffers.gradientOffset(std::size_t(found - r.config.differentiable.begin()));
-        if (directions[i].size() != r.scene.parameters[parameters[i]].entries())
-            throw Error(ExitCode::Usage, "the direction of " + r.scene.parameters[parameters[i]].name + " has the wrong number of entries");
-        std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
-    }
-    r.pools->direction.uploadAll(direction);
-    return r.image(kModeForward, view, spp, key, layers);
+    impl_->uploadDirection(parameters, directions, layers != nullptr);
+    return impl_->image(kModeForward, view, spp, key, layers);
+}
+
+void Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) { impl_->addTo(film, kModeRender, view, spp, key); }
+
+void Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                       std::span<const std::vector<float>> directions, Film& film) {
+    impl_->uploadDirection(parameters, directions, film.hasLayers());
+    impl_->addTo(film, kModeForward, view, spp, key);
 }
 
 void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,

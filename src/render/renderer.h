@@ -3,6 +3,7 @@
 
 #include "guiding/sampling.h"
 #include "guiding/sd_tree.h"
+#include "render/film.h"
 #include "scene/image.h"
 #include "scene/scene.h"
 #include "vk/device.h"
@@ -58,11 +59,13 @@ struct View {
     int width = 512, height = 512;
 };
 
-// Features of the camera rays' first hits, averaged over the samples, and the guide's at the vertices that follow.
-struct Layers {
-    Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
-    Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
-    std::vector<Image> lightShare; // by depth, of the first few: share of P in the mixture, mean over the directions drawn there; -1 without any
+// For passes that somebody waits for, or wants to end. Results do not depend on it.
+struct Interaction {
+    double submissionSeconds = 0; // about how long a submission may take; 0: as long as the pools are large
+    // Before every submission of a pass. What it throws ends the pass as if it had never begun: films, gradients and the numbers of later
+    // passes are what they would have been. Records for the guide stay; discardRecords() forgets them.
+    std::function<void()> beforeSubmission;
+    std::function<void(bool begins)> compiling; // kernels
 };
 
 // What the guide did at one depth, summed over passes.
@@ -97,10 +100,12 @@ class Renderer {
     // differences. Empty span: back to one set.
     void setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values);
 
+    void setInteraction(Interaction interaction);
     void setSampling(const PassSampling& sampling);
     const PassMeasure& lastPass() const;
     // Fits the guide to the records left since the last call, and publishes it.
     UpdateReport updateGuide();
+    void discardRecords(); // left since then
     const SdTree& guide() const;
     void setGuide(SdTree tree); // of this scene's box
 
@@ -110,6 +115,11 @@ class Renderer {
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr);
+
+    // The same, adding `spp` samples per pixel to a film of the view's size: those that follow the film's in the sequence of `key`.
+    void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
+    void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
+                 std::span<const std::vector<float>> directions, Film& film);
 
     // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
     // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`

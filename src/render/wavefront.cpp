@@ -178,7 +178,9 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
     const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
-    commands.dispatch(generate_, atBounce[0], n, gpu::BouncePush{0, n});
+    // As many workgroups as the batch has paths: counts the host has set, which no kernel changes.
+    const auto perPath = [&](const Kernel& kernel) { commands.dispatchIndirect(kernel, atBounce[0], pools.counts, arrivalGroups(0), gpu::BouncePush{0, n}); };
+    perPath(generate_);
     commands.barrier();
     for (std::uint32_t b = 0; b < depth; ++b) {
         const gpu::BouncePush push{b, n};
@@ -214,11 +216,11 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
         commands.barrier();
     }
     if (pass_.measure)
-        commands.dispatch(gatherMoments_, atBounce[0], n, gpu::BouncePush{0, n});
+        perPath(gatherMoments_);
     if (pass_.measure && film)
         commands.barrier(); // nothing but the buffer that stands for missing ones is shared
     if (film)
-        commands.dispatch(gather_, atBounce[0], n, gpu::BouncePush{0, n});
+        perPath(gather_); // no pixel without a path is in an image
 }
 
 } // namespace cmpg

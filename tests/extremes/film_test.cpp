@@ -1,6 +1,6 @@
 // The film's sums of up to 2^32 samples, by the code of the accumulation kernel.
 #include "film.h"
-#include "render/film_sums.h"
+#include "render/film.h"
 #include "worst.h"
 
 #include <random>

@@ -1,0 +1,34 @@
+// Rays of a camera and what they hit first, on the host: for single pixels.
+#pragma once
+
+#include "render/renderer.h"
+
+#include <optional>
+
+namespace cmpg {
+
+// The rays through the pixels of a view, as generate_rays makes them.
+class CameraRays {
+  public:
+    explicit CameraRays(const View& view);
+    struct Ray {
+        glm::vec3 origin, direction; // unit length
+    };
+    Ray at(float x, float y) const; // raster position: (0,0) is the top left corner of the top left pixel
+
+  private:
+    int width_, height_;
+    bool orthographic_;
+    glm::vec3 origin_, right_, up_, forward_;
+};
+
+struct SurfaceHit {
+    float distance = 0;
+    std::uint32_t triangle = 0;
+    glm::vec3 position{0}, normal{0}; // the triangle's normal, towards the origin of the ray
+};
+
+// Tries every triangle: some milliseconds for a million. Holes of alpha masks are looked up by their nearest texel.
+std::optional<SurfaceHit> castRay(const Scene& scene, const CameraRays::Ray& ray);
+
+} // namespace cmpg

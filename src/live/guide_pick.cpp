@@ -1,0 +1,82 @@
+// What the guide knows at a point of a picture, and where its cells lie in it.
+#include "live/guide_pick.h"
+
+#include "app/guide_maps.h"
+#include "base/parallel.h"
+#include "live/camera_ray.h"
+
+namespace cmpg {
+namespace {
+
+constexpr int kMapEdge = 128; // a power of two
+
+// Weights of P, D+, D- as guideWeights() in shaders/lib/guide.glsl gives them to a path straight from the camera: its throughput is 1,
+// the derivative of its throughput 0.
+std::array<double, 3> mixtureOfCameraPath(Sampling sampling, const GuideMass& mean) {
+    const double derivative = mean.plus + mean.minus;
+    switch (sampling) {
+    case Sampling::Primal:
+        return {1, 0, 0};
+    case Sampling::Uniform: {
+        const double p = mean.primal > 0 ? 1 / mean.primal : 0, d = derivative > 0 ? 1 / derivative : 0;
+        return {p, d, d};
+    }
+    case Sampling::Differential:
+    case Sampling::Conditional:
+    case Sampling::Bsdf:
+    case Sampling::Auto:
+        break;
+    }
+    return {0, 1, 1};
+}
+
+std::shared_ptr<const Image> map(const GuideCell& cell, const std::array<double, 3>& weights) {
+    return std::make_shared<const Image>(densityMap(cell, weights, kMapEdge));
+}
+
+} // namespace
+
+LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdTree* guide, Sampling sampling) {
+    LivePick pick;
+    pick.x = x;
+    pick.y = y;
+    const std::optional<SurfaceHit> hit = castRay(scene, CameraRays(view).at(float(x) + 0.5f, float(y) + 0.5f));
+    if (!hit)
+        return pick;
+    pick.hit = true;
+    pick.position = hit->position;
+    pick.normal = hit->normal;
+    pick.material = scene.materials[scene.geometry.triangles[hit->triangle].material].name;
+    if (!guide || guide->empty())
+        return pick;
+    pick.cell = guide->cellAt(hit->position);
+    pick.cells = std::uint32_t(guide->cells().size());
+    const auto cell = std::make_shared<const GuideCell>(guide->cells()[pick.cell]);
+    const GuideMass mean = cell->records > 0 ? cell->total() * (1 / cell->records) : GuideMass{};
+    pick.guide = cell;
+    pick.weights = mixtureOfCameraPath(sampling, mean);
+    const double light = pick.weights[0] * mean.primal, all = light + pick.weights[1] * mean.plus + pick.weights[2] * mean.minus;
+    constexpr double kGuideShare = 0.5; // as in src/render/guide.cpp
+    pick.lightShare = all > 0 ? light / all : 0;
+    pick.guideShare = all > 0 ? kGuideShare : 0;
+    pick.maps = {map(*cell, {1, 0, 0}), map(*cell, {0, 1, 0}), map(*cell, {0, 0, 1}), map(*cell, pick.weights)};
+    return pick;
+}
+
+Image cellPicture(const SdTree& guide, const View& view, const Image& depth) {
+    Image cells(view.width, view.height, 1, -1);
+    const CameraRays rays(view);
+    parallelFor(std::size_t(view.height), 16, [&](std::size_t begin, std::size_t end) {
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < view.width; ++x) {
+                const float distance = *depth.at(x, y);
+                if (!(distance > 0))
+                    continue;
+                const CameraRays::Ray ray = rays.at(float(x) + 0.5f, float(y) + 0.5f);
+                *cells.at(x, y) = float(guide.cellAt(ray.origin + distance * ray.direction));
+            }
+    });
+    return cells;
+}
+
+} // namespace cmpg

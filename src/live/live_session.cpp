@@ -1,0 +1,120 @@
+// The front of a session: wishes go into the mailbox, states come out of it.
+#include "live/live_session.h"
+
+#include "live/live_mailbox.h"
+#include "live/live_worker.h"
+
+#include <thread>
+
+namespace cmpg {
+
+struct LiveSession::Impl {
+    LiveMailbox mailbox;
+    std::thread worker;
+
+    Impl(const Options& options, std::function<void()> notify) : mailbox(std::move(notify)) {
+        mailbox.ask([&](LiveRequests&, LiveSettings& wished) { wished = LiveWorker::settingsAtStart(options); });
+        worker = std::thread([this, options] { LiveWorker(options, mailbox).run(); });
+    }
+    ~Impl() {
+        mailbox.ask([](LiveRequests& r, LiveSettings&) { r.quit = true; });
+        worker.join();
+    }
+};
+
+const char* livePictureName(LivePicture picture) {
+    static constexpr const char* kNames[kLivePictures] = {"image", "target", "difference", "gradient", "parameter", "parameter gradient",
+                                                          "normal", "depth", "albedo", "guided", "cells"};
+    return kNames[std::size_t(picture)];
+}
+
+bool isSigned(LivePicture p) { return p == LivePicture::Difference || p == LivePicture::Gradient || p == LivePicture::ParameterGradient; }
+
+LiveSession::LiveSession(const Options& options, std::function<void()> notify) : impl_(std::make_unique<Impl>(options, std::move(notify))) {}
+
+LiveSession::~LiveSession() = default;
+
+std::shared_ptr<const LiveState> LiveSession::state() const { return impl_->mailbox.state(); }
+
+LiveSettings LiveSession::settings() const { return impl_->mailbox.wished(); }
+
+void LiveSession::set(const LiveSettings& settings) {
+    impl_->mailbox.ask([&](LiveRequests&, LiveSettings& wished) {
+        const LiveSettings before = std::exchange(wished, settings);
+        if (settings.scene == before.scene)
+            return;
+        wished.scene = before.scene;
+        wished.camera = before.camera;
+        wished.parameters = before.parameters;
+        wished.view = before.view;
+    });
+}
+
+void LiveSession::change(const std::function<void(LiveSettings&)>& edit) {
+    impl_->mailbox.ask([&](LiveRequests&, LiveSettings& wished) {
+        const std::uint32_t scene = wished.scene;
+        edit(wished);
+        wished.scene = scene;
+    });
+}
+
+void LiveSession::stepOnce(std::uint32_t steps) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.steps += steps; });
+}
+
+void LiveSession::reset() {
+    impl_->mailbox.ask([](LiveRequests& r, LiveSettings&) {
+        r.reset = true;
+        r.fill.reset();
+        r.steps = 0;
+    });
+}
+
+void LiveSession::fill(float value) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        r.fill = value;
+        r.steps = 0;
+    });
+}
+
+void LiveSession::train(std::uint32_t passes) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.train += passes; });
+}
+
+void LiveSession::openScene(const std::filesystem::path& file) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        const std::vector<LiveSave> saves = std::move(r.saves); // of what was seen before
+        r = {};
+        r.saves = saves;
+        r.scene = file;
+    });
+}
+
+void LiveSession::openTarget(const std::string& target) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        r.target = target;
+        r.imageAsTarget = nullptr;
+    });
+}
+
+void LiveSession::useImageAsTarget() {
+    impl_->mailbox.ask([shown = state()](LiveRequests& r, LiveSettings&) {
+        r.imageAsTarget = shown;
+        r.target.reset();
+    });
+}
+
+void LiveSession::pick(int x, int y) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.pick = {x, y}; });
+}
+
+void LiveSession::save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look) {
+    const std::shared_ptr<const Image> image = state()->picture(picture);
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({image, picture, file, look}); });
+}
+
+void LiveSession::saveScene(const std::filesystem::path& folder) {
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.sceneFolder = folder; });
+}
+
+} // namespace cmpg

@@ -1,0 +1,108 @@
+// What a session does with a scene: films that refine, learning passes, steps. One piece at a time.
+#pragma once
+
+#include "live/loaded_scene.h"
+#include "live/refined.h"
+#include "optimize/observed_model.h"
+#include "optimize/optimize.h"
+#include "optimize/renderer_model.h"
+#include "vk/device.h"
+
+#include <optional>
+
+namespace cmpg {
+
+// Thrown between two submissions of a pass that is of no more use.
+struct LiveInterrupted {};
+
+class LiveWork {
+  public:
+    struct Hooks {
+        std::function<void()> betweenSubmissions;  // may throw LiveInterrupted
+        std::function<void(const char*)> busyWith; // what takes a while begins; "": it is over
+        std::function<void()> publish;             // the state changed in the midst of a piece of work
+    };
+    // `state` gets pictures and numbers.
+    LiveWork(const Options& options, Device& device, LoadedScene& scene, LiveState& state, Hooks hooks);
+    ~LiveWork();
+
+    const LiveSettings& settings() const { return settings_; }
+    // Settings that make sense for this scene.
+    LiveSettings sanitised(LiveSettings settings) const;
+    void setSettings(const LiveSettings& settings);
+    // Whether a pass under way would be of no more use with other settings.
+    bool outdates(const LiveSettings& wished) const;
+
+    void addSteps(std::uint32_t steps) { steps_ += steps; }
+    void addTraining(std::uint32_t passes) { training_ += passes; }
+    void targetsChanged();
+    void reset(std::optional<float> fill); // to the scene's values, or the selected parameters to one value
+
+    bool hasWork() const;
+    std::string missing() const; // what the mode lacks, for the notice; empty: nothing
+    // Some tenths of a second of work, or one step.
+    void work();
+    // After an exception out of work(): as if the piece had not begun.
+    void recover();
+
+    const SdTree* guide() const { return renderer_ && !renderer_->guide().empty() ? &renderer_->guide() : nullptr; }
+    View view() const; // of the pictures
+    SamplingDecision decision() const;
+
+  private:
+    bool optimizing() const { return settings_.mode == LiveMode::Optimize && !settings_.parameters.empty() && scene_.views() > 0; }
+    bool differentiating() const { return settings_.mode != LiveMode::Render && !settings_.parameters.empty(); }
+    bool guides() const { return settings_.sampling != Sampling::Bsdf || options_.roulette; }
+    bool unfinished(const Refined& film) const;
+
+    void ensureRenderer();
+    void ensurePasses();
+    void ensureOptimization();
+    void dropOptimization(bool keepState);
+    void dropRenderer();
+    void forgetGuide();
+    void restartFilms();
+
+    void refine(Refined& film, bool forward);
+    void expose(const View& view, std::uint32_t spp, Film& film, bool forward);
+    bool previewed(Refined& film, bool forward);
+    void train();
+    void step();
+    void fadeGradient();
+
+    void show(LivePicture picture, std::shared_ptr<const Image> image);
+    void showImage(Image image);
+    void showLayers(const Film& film);
+    void showParameter();
+    void updateGuideFigures();
+
+    const Options options_;
+    Device& device_;
+    LoadedScene& scene_;
+    LiveState& state_;
+    Hooks hooks_;
+    LiveSettings settings_;
+    std::vector<std::vector<float>> directions_; // of the selected parameters: all ones
+
+    std::vector<std::uint32_t> builtFor_; // parameters that renderer_ differentiates
+    std::unique_ptr<Renderer> renderer_;
+    Sampling passesSampling_ = Sampling::Auto;
+    std::unique_ptr<GuidedPasses> passes_;
+    std::unique_ptr<RendererModel> model_;
+    std::unique_ptr<ObservedModel> shownModel_; // shows what model_ makes
+    std::unique_ptr<Optimization> optimization_;
+    // Of an optimisation whose renderer had to go, to go on with.
+    OptimizeState kept_;
+    std::vector<std::uint32_t> keptParameters_;
+
+    Refined image_, gradient_;
+    Image fading_; // mean of the gradient images of the last steps
+    std::uint32_t fadingSteps_ = 0;
+    bool previewing_ = false;
+    std::uint32_t steps_ = 0, training_ = 0; // asked for
+    std::uint32_t trained_ = 0;              // learning passes so far
+    std::vector<double> loss_;
+    std::uint64_t drawnBefore_ = 0, guidedBefore_ = 0; // directions, when the films began
+};
+
+} // namespace cmpg

@@ -1,0 +1,70 @@
+// A picture of a session as a file.
+#include "live/save_picture.h"
+
+#include "app/display_image.h"
+#include "app/output.h"
+#include "app/signed_colors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+// One value per pixel in false colours; 0 and what is not finite stay black.
+Image scalarPicture(const Image& values, double high) {
+    Image picture(values.width, values.height, 3);
+    for (std::size_t p = 0; p < values.pixels(); ++p) {
+        const auto value = double(values.values[p]);
+        const Color color = value > 0 && std::isfinite(value) ? heatColor(value / high) : kBlack;
+        std::copy(color.begin(), color.end(), picture.values.begin() + std::ptrdiff_t(3 * p));
+    }
+    return picture;
+}
+
+Image labelPicture(const Image& labels) {
+    Image picture(labels.width, labels.height, 3);
+    for (std::size_t p = 0; p < labels.pixels(); ++p) {
+        const Color color = labels.values[p] < 0 ? kBlack : labelColor(std::uint32_t(labels.values[p]));
+        std::copy(color.begin(), color.end(), picture.values.begin() + std::ptrdiff_t(3 * p));
+    }
+    return picture;
+}
+
+Image display(LivePicture picture, const Image& image, const LiveLook& look) {
+    if (isSigned(picture)) {
+        const Image mean = channelMean(image);
+        const double scale = look.scale > 0 ? look.scale : signedScale(mean);
+        return look.legend ? signedPicture(mean, scale) : colorSigned(mean, scale);
+    }
+    switch (picture) {
+    case LivePicture::Depth:
+        return scalarPicture(image, std::max(1e-30, double(*std::max_element(image.values.begin(), image.values.end()))));
+    case LivePicture::Guided:
+        return scalarPicture(image, 1);
+    case LivePicture::Cells:
+        return labelPicture(image);
+    case LivePicture::Normal: {
+        Image shifted = image;
+        for (float& v : shifted.values)
+            v = 0.5f * v + 0.5f;
+        return shifted;
+    }
+    default:
+        return exposedPicture(image, look.exposure);
+    }
+}
+
+} // namespace
+
+void savePicture(LivePicture picture, const Image& image, const std::filesystem::path& file, const LiveLook& look) {
+    if (file.extension() == ".png") {
+        requireWritableFile(file, ".png");
+        writePng(file, display(picture, image, look));
+    } else {
+        requireWritableFile(file, ".exr"); // refuses other endings
+        writeExr(file, image);
+    }
+}
+
+} // namespace cmpg

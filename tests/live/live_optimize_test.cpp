@@ -1,0 +1,221 @@
+// The optimisation of a session: the steps of the headless one, whatever is asked for between and during them.
+#include "live_fixture.h"
+
+#include "app/optimize_options.h"
+#include "app/parameter_values.h"
+#include "app/targets.h"
+#include "optimize/renderer_model.h"
+
+namespace cmpg::test {
+namespace {
+
+constexpr int kEdge = 24;
+
+// The scene's own image is the target, the painting grey at first.
+class LiveOptimize : public testing::Test {
+  protected:
+    ScratchFolder scratch_;
+    Options options_;
+
+    void SetUp() override {
+        options_ = liveOptions("box", kEdge);
+        options_.command = Command::Optimize;
+        options_.param = {"painting.baseColor"};
+        options_.set = {"painting.baseColor=0.5"};
+        options_.spp = 4;
+        options_.sppGradient = 2;
+        options_.target = {(scratch_ / "target.exr").string()};
+        Device device{Device::Options{}};
+        Scene scene = loadGltf(options_.input);
+        RenderConfig config;
+        config.maxDepth = *options_.maxDepth;
+        Renderer renderer(device, scene, config);
+        writeExr(options_.target[0], renderer.render({&scene.cameras.front(), kEdge, kEdge}, 64, {.seed = 99}));
+    }
+
+    std::vector<double> headlessLoss(std::uint32_t steps, std::vector<float>* values = nullptr) const {
+        Device device{Device::Options{}};
+        Scene scene = loadGltf(options_.input);
+        for (const std::string& s : options_.set)
+            applySet(scene, s);
+        const std::vector<std::uint32_t> parameters = selectParameters(scene, options_.param);
+        RenderConfig render;
+        render.differentiable = parameters;
+        render.maxDepth = *options_.maxDepth;
+        render.guiding = true;
+        render.guide.forgetting = double(options_.forgetting);
+        Renderer renderer(device, scene, render);
+        GuidedPasses passes(renderer, {.sampling = options_.sampling});
+        passes.setLearning(true);
+        RendererModel model(renderer, passes, {{&scene.cameras.front(), kEdge, kEdge}});
+        OptimizeConfig config = optimizeConfig(options_);
+        config.targets = {loadTarget(options_.target[0])};
+        Optimization run(model, scene, config, parameters);
+        std::vector<double> loss;
+        for (std::uint32_t i = 0; i < steps; ++i)
+            loss.push_back(run.step().loss);
+        if (values)
+            *values = scene.parameters[parameters[0]].values;
+        return loss;
+    }
+
+    // Paused from the start.
+    std::unique_ptr<Watched> open(bool running = false) const {
+        auto live = std::make_unique<Watched>(options_);
+        (*live)->change([&](LiveSettings& s) { s.running = running; });
+        return live;
+    }
+};
+
+TEST_F(LiveOptimize, StepsAreThoseOfTheHeadlessRun) {
+    const auto live = open();
+    (*live)->stepOnce(3);
+    (*live)->stepOnce();
+    const auto state = live->until([](const LiveState& s) { return s.step == 4 && !s.refining; }, "4 steps");
+    std::vector<float> values;
+    EXPECT_EQ(*state->loss, headlessLoss(4, &values));
+    EXPECT_EQ(state->picture(LivePicture::Parameter)->values, values);
+    for (const LivePicture p : {LivePicture::Image, LivePicture::Target, LivePicture::Difference, LivePicture::Gradient, LivePicture::ParameterGradient})
+        EXPECT_TRUE(state->picture(p)) << livePictureName(p);
+    const std::vector<float>&image = state->picture(LivePicture::Image)->values, &target = state->picture(LivePicture::Target)->values;
+    EXPECT_EQ(state->picture(LivePicture::Difference)->values[17], image[17] - target[17]);
+    EXPECT_TRUE(state->guideLearned);
+    EXPECT_GT(state->secondsPrimal, 0);
+    EXPECT_GT(state->secondsGradient, 0);
+    // Paused, both images are refined at the parameters as they are.
+    EXPECT_FALSE(state->gradientFading);
+    EXPECT_EQ(state->imageSamples, 4u); // --spp bounds it
+    EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST_F(LiveOptimize, StepsThatAreInterruptedBeginAgain) {
+    options_.spp = 64; // long enough to be met in their midst
+    options_.sppGradient = 32;
+    const std::vector<double> expected = headlessLoss(3);
+    const auto live = open();
+    (*live)->stepOnce(3);
+    LiveSettings settings = (*live)->settings();
+    for (int i = 0; i < 6; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        (*live)->change([&](LiveSettings& s) { s.mode = i % 2 == 0 ? LiveMode::Render : LiveMode::Optimize; });
+    }
+    const auto state = live->untilStep(3);
+    EXPECT_EQ(*state->loss, expected);
+}
+
+TEST_F(LiveOptimize, PausesResetsAndGoesOn) {
+    const auto live = open(true);
+    live->untilStep(2);
+    (*live)->change([](LiveSettings& s) { s.running = false; });
+    const auto paused = live->until([](const LiveState& s) { return !s.settings.running && !s.refining; }, "the pause");
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_EQ((*live)->state()->step, paused->step);
+    (*live)->reset();
+    const auto fresh = live->until([](const LiveState& s) { return s.step == 0 && !s.loss; }, "the reset");
+    for (const float v : fresh->picture(LivePicture::Parameter)->values)
+        ASSERT_EQ(v, 0.5f);
+    (*live)->stepOnce(2);
+    EXPECT_EQ(*live->untilStep(2)->loss, headlessLoss(2)); // the guide has forgotten, too
+    (*live)->fill(0.25f);
+    const auto filled = live->until([](const LiveState& s) { return s.step == 0 && s.picture(LivePicture::Parameter)->values[0] == 0.25f; }, "the fill");
+    EXPECT_EQ(filled->picture(LivePicture::Parameter)->values.back(), 0.25f);
+}
+
+TEST_F(LiveOptimize, ChangesOfMindTakeEffectInMidRun) {
+    const auto live = open(true);
+    live->untilStep(2);
+    (*live)->change([](LiveSettings& s) { s.rateFactor = 0; });
+    live->until([](const LiveState& s) { return s.settings.rateFactor == 0 && s.rate == 0; }, "a rate of 0");
+    const auto still = (*live)->state();
+    const auto later = live->untilStep(still->step + 2);
+    EXPECT_EQ(later->picture(LivePicture::Parameter)->values, still->picture(LivePicture::Parameter)->values);
+
+    (*live)->change([](LiveSettings& s) {
+        s.rateFactor = 2;
+        s.sampling = Sampling::Conditional;
+    });
+    const auto conditional = live->until([](const LiveState& s) { return s.settings.sampling == Sampling::Conditional && s.rate > 0; }, "another way");
+    EXPECT_NEAR(conditional->rate, 2 * 0.02, 1e-6); // Adam's
+    const std::uint32_t step = conditional->step;
+    const auto guided = live->untilStep(step + 2);
+    EXPECT_EQ(guided->sampling, Sampling::Conditional);
+    EXPECT_GT(guided->guidedShare, 0);
+
+    // Another parameter: the values of the first stay, steps go on counting, the new one moves.
+    const auto scene = guided->scene;
+    std::uint32_t white = 0;
+    while (scene->parameters[white].name != "white.baseColor")
+        ++white;
+    (*live)->change([&](LiveSettings& s) { s.parameters = {white}; });
+    const auto other = live->until(
+        [&](const LiveState& s) { return s.settings.parameters == std::vector{white} && s.picture(LivePicture::ParameterGradient) && s.step > step + 3; },
+        "a step of the other parameter");
+    EXPECT_EQ(other->picture(LivePicture::Parameter)->values.size(), 3u);
+    EXPECT_EQ(other->loss->size(), other->step);
+    EXPECT_EQ(other->error.number, 0u) << other->error.what;
+    // The first one again: it is where it was left, off its first values.
+    (*live)->change([&](LiveSettings& s) {
+        s.parameters = guided->settings.parameters;
+        s.running = false;
+    });
+    const auto first = live->until([&](const LiveState& s) { return s.settings.parameters == guided->settings.parameters && !s.refining; }, "the first parameter");
+    EXPECT_NE(first->picture(LivePicture::Parameter)->values, std::vector<float>(first->picture(LivePicture::Parameter)->values.size(), 0.5f));
+}
+
+TEST_F(LiveOptimize, AnImageBecomesTheTarget) {
+    options_.target.clear();
+    options_.set.clear();
+    options_.param.clear(); // the first textured parameter
+    const auto live = open();
+    EXPECT_NE(live->until([](const LiveState& s) { return s.views == 1; }, "the target beside the scene")->targets[0].find("box"), std::string::npos);
+    (*live)->change([](LiveSettings& s) { s.mode = LiveMode::Render; s.running = true; });
+    live->until([](const LiveState& s) { return s.settings.mode == LiveMode::Render && s.imageSamples == 4 && !s.preview; }, "an image");
+    (*live)->useImageAsTarget();
+    (*live)->fill(0.5f);
+    (*live)->change([](LiveSettings& s) { s.mode = LiveMode::Optimize; s.running = true; });
+    const auto state = live->untilStep(3);
+    EXPECT_EQ(state->views, 1u);
+    EXPECT_EQ(state->picture(LivePicture::Target)->width, kEdge);
+    EXPECT_EQ(state->scene->parameters[state->settings.parameters.at(0)].name, "painting.baseColor");
+    EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST_F(LiveOptimize, EndsInTheMidstOfAStep) {
+    options_.spp = 4096;
+    const auto live = open(true);
+    live->until([](const LiveState& s) { return s.refining && !s.busy && s.notice.empty(); }, "the step");
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    const auto start = std::chrono::steady_clock::now();
+    live->close();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    EXPECT_LT(taken.count(), 3); // a submission, or kernels that are being compiled, but no step
+}
+
+TEST_F(LiveOptimize, SavesWhatIsSeen) {
+    const auto live = open();
+    (*live)->stepOnce(2);
+    const auto state = live->until([](const LiveState& s) { return s.step == 2 && !s.refining; }, "2 steps");
+    (*live)->save(LivePicture::Image, scratch_ / "image.exr");
+    (*live)->save(LivePicture::Gradient, scratch_ / "gradient.exr");
+    (*live)->save(LivePicture::Gradient, scratch_ / "gradient.png");
+    (*live)->save(LivePicture::Parameter, scratch_ / "parameter.png", {.exposure = 1});
+    (*live)->saveScene(scratch_ / "saved");
+    live->until([](const LiveState& s) { return s.message.number == 5; }, "5 files");
+    EXPECT_EQ(readImage(scratch_ / "image.exr").image.values, state->picture(LivePicture::Image)->values);
+    EXPECT_EQ(readImage(scratch_ / "gradient.exr").image.values, state->picture(LivePicture::Gradient)->values);
+    EXPECT_GT(readImage(scratch_ / "gradient.png").image.height, readImage(scratch_ / "gradient.png").image.width); // the legend
+    const Scene saved = loadGltf(scratch_ / "saved/scene.gltf");
+    const Image exact = readImage(scratch_ / "saved/parameters/painting.baseColor.exr").image;
+    EXPECT_EQ(exact.values, state->picture(LivePicture::Parameter)->values);
+    Parameter painting = saved.parameters[saved.parameter("painting.baseColor")];
+    painting.materialise();
+    EXPECT_NEAR(painting.values[0], exact.values[0], 0.02); // 8 bits
+    (*live)->save(LivePicture::Image, scratch_ / "no/such/folder.exr");
+    (*live)->save(LivePicture::Image, scratch_ / "image.txt");
+    (*live)->save(LivePicture::Cells, scratch_ / "cells.png");
+    live->untilError(3);
+    EXPECT_EQ((*live)->state()->message.number, 5u);
+}
+
+} // namespace
+} // namespace cmpg::test

@@ -1,0 +1,192 @@
+// Images and gradient images of a session are those of the headless commands; settings may change at any time.
+#include "live_fixture.h"
+
+#include "app/parameter_values.h"
+#include "render/guided_passes.h"
+
+namespace cmpg::test {
+namespace {
+
+struct Headless {
+    Options options;
+    Device device{Device::Options{}};
+    Scene scene = loadGltf(options.input);
+    View view;
+
+    explicit Headless(const Options& o) : options(o) {
+        view = {&scene.cameras.front(), int(*options.width), int(*options.height)};
+    }
+    Renderer renderer(std::vector<std::uint32_t> parameters) {
+        RenderConfig config;
+        config.differentiable = std::move(parameters);
+        config.maxDepth = *options.maxDepth;
+        config.guiding = options.train.has_value();
+        return Renderer(device, scene, config);
+    }
+};
+
+TEST(LiveRefine, TheImageIsThatOfRender) {
+    Options options = liveOptions("box");
+    options.spp = 37;
+    Watched live(options);
+    const auto state = live.untilRefined();
+    EXPECT_EQ(state->imageSamples, 37u);
+    EXPECT_FALSE(state->preview);
+    Headless headless(options);
+    Renderer renderer = headless.renderer({});
+    EXPECT_EQ(state->picture(LivePicture::Image)->values, renderer.render(headless.view, 37, {.seed = options.seed}).values);
+    EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST(LiveRefine, TheGradientIsThatOfGradient) {
+    Options options = liveOptions("box");
+    options.command = Command::Gradient;
+    options.param = {"painting.baseColor", "white.baseColor"};
+    options.spp = 11;
+    Watched live(options);
+    const auto state = live.until([](const LiveState& s) { return s.gradientSamples == 11 && s.imageSamples == 11; }, "11 samples");
+    Headless headless(options);
+    const std::vector<std::uint32_t> parameters = selectParameters(headless.scene, options.param);
+    EXPECT_EQ(state->settings.parameters, parameters);
+    Renderer renderer = headless.renderer(parameters);
+    std::vector<std::vector<float>> ones;
+    for (const std::uint32_t p : parameters)
+        ones.emplace_back(headless.scene.parameters[p].entries(), 1.f);
+    const Image gradient = renderer.forward(headless.view, 11, {.seed = options.seed, .pass = 1}, parameters, ones);
+    EXPECT_EQ(state->picture(LivePicture::Gradient)->values, gradient.values);
+}
+
+TEST(LiveRefine, TrainingIsThatOfGradientWithTrain) {
+    Options options = liveOptions("door");
+    options.command = Command::Gradient;
+    options.param = {"painting.baseColor"};
+    options.spp = 8;
+    options.train = 3;
+    Watched live(options);
+    live->train(2);
+    live->train(1);
+    const auto state = live.until([](const LiveState& s) { return s.guidePasses == 3 && s.gradientSamples == 8; }, "a trained gradient");
+    EXPECT_TRUE(state->guideLearned);
+    EXPECT_GT(state->guideCells, 0u);
+    Headless headless(options);
+    const std::vector<std::uint32_t> parameters = selectParameters(headless.scene, options.param);
+    Renderer renderer = headless.renderer(parameters);
+    GuidedPasses passes(renderer, {});
+    const std::vector<std::vector<float>> ones{std::vector<float>(headless.scene.parameters[parameters[0]].entries(), 1.f)};
+    passes.trainForward(headless.view, 8, 3, options.seed, parameters, ones);
+    const Image gradient = passes.forward(headless.view, 8, {.seed = options.seed, .pass = 1}, parameters, ones);
+    EXPECT_EQ(state->picture(LivePicture::Gradient)->values, gradient.values);
+    EXPECT_EQ(state->sampling, passes.decision().kind);
+}
+
+TEST(LiveRefine, AStormOfSettingsEndsWithTheLastOne) {
+    Options options = liveOptions("box");
+    options.spp = 4;
+    Watched live(options);
+    live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image");
+    for (int i = 0; i < 200; ++i)
+        live->change([&](LiveSettings& s) {
+            s.camera.toWorld[3] += glm::vec4(0.001f, 0, 0, 0);
+            s.width = 16 + i % 9;
+            s.mode = i % 3 == 0 ? LiveMode::Gradient : LiveMode::Render;
+            s.layers = i % 2 == 0;
+            s.running = i % 5 != 0;
+        });
+    live->change([](LiveSettings& s) {
+        s.mode = LiveMode::Render;
+        s.width = 20;
+        s.running = true;
+        s.layers = true;
+    });
+    const auto state = live.until(
+        [](const LiveState& s) { return s.settings.width == 20 && s.settings.layers && s.imageSamples == 4 && !s.refining; }, "the last settings");
+    EXPECT_EQ(state->picture(LivePicture::Image)->width, 20);
+    EXPECT_EQ(state->picture(LivePicture::Depth)->width, 20);
+    Headless headless(options);
+    Renderer renderer = headless.renderer({});
+    Camera moved = state->settings.camera;
+    headless.view.camera = &moved;
+    headless.view.width = 20;
+    Layers layers;
+    EXPECT_EQ(state->picture(LivePicture::Image)->values, renderer.render(headless.view, 4, {.seed = options.seed}, &layers).values);
+    EXPECT_EQ(state->picture(LivePicture::Albedo)->values, layers.albedo.values);
+    EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST(LiveRefine, NonsenseIsBroughtIntoRange) {
+    Options options = liveOptions("box");
+    options.spp = 1;
+    Watched live(options);
+    live.untilRefined();
+    live->change([](LiveSettings& s) {
+        s.width = -5;
+        s.camera.yfov = std::nanf("");
+        s.camera.toWorld[3][1] = INFINITY;
+        s.parameters = {0, 0, 100000};
+        s.rateFactor = std::nanf("");
+        s.sppLimit = 0;
+        s.view = 77;
+    });
+    const auto state = live.until([](const LiveState& s) { return s.settings.width == 1 && !s.refining; }, "a pixel");
+    EXPECT_EQ(state->settings.parameters, std::vector<std::uint32_t>{0});
+    EXPECT_EQ(state->settings.view, 0u);
+    EXPECT_EQ(state->picture(LivePicture::Image)->width, 1);
+    EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST(LiveRefine, MistakesAreReportedAndSurvived) {
+    const ScratchFolder scratch;
+    Options options = liveOptions("box");
+    options.spp = 2;
+    options.target = {(scratch / "missing.exr").string()};
+    Watched live(options);
+    auto state = live.untilError(1);
+    EXPECT_NE(state->error.what.find("missing.exr"), std::string::npos);
+    EXPECT_FALSE(state->dead);
+    live.untilRefined();
+    live->openScene(scratch / "missing.gltf");
+    state = live.untilError(2);
+    EXPECT_NE(state->error.what.find("missing.gltf"), std::string::npos);
+    EXPECT_EQ(state->scene->number, 1u);
+    live->openTarget((scratch / "nothing.png").string());
+    live.untilError(3);
+    live->openScene(sceneFile("door"));
+    state = live.until([](const LiveState& s) { return s.scene->number == 2 && s.imageSamples == 2; }, "the other scene");
+    EXPECT_NE(state->scene->file.find("door"), std::string::npos);
+    EXPECT_FALSE(state->settings.parameters.empty());
+}
+
+TEST(LiveRefine, WithoutASceneThereIsNothingButAMessage) {
+    Options options = liveOptions("box");
+    options.input = "nowhere.gltf";
+    Watched live(options);
+    const auto state = live.until([](const LiveState& s) { return s.dead && s.error.number == 1; }, "the end");
+    EXPECT_NE(state->notice.find("drop a scene"), std::string::npos);
+    live->pick(1, 1);
+    live->reset();
+    live->save(LivePicture::Image, "nothing.exr");
+    live.untilError(2);
+    live->openScene(sceneFile("box"));
+    EXPECT_FALSE(live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image")->dead);
+}
+
+TEST(LiveRefine, ADeviceThatIsNoneIsReported) {
+    Options options = liveOptions("box");
+    options.device = "no such device";
+    Watched live(options);
+    const auto state = live.until([](const LiveState& s) { return s.dead; }, "the end");
+    EXPECT_NE(state->error.what.find("no such device"), std::string::npos);
+}
+
+TEST(LiveRefine, EndsInTheMidstOfAPass) {
+    Options options = liveOptions("box", 400);
+    Watched live(options);
+    live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image");
+    const auto start = std::chrono::steady_clock::now();
+    live.close();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    EXPECT_LT(taken.count(), 2); // one submission of 20 ms, and room for a busy machine; a pass of this size would not be cheaper
+}
+
+} // namespace
+} // namespace cmpg::test
