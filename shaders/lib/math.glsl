@@ -11,6 +11,16 @@ const float kMinCosine = 1e-9;
 
 float square(float x) { return x * x; }
 float maxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
+// sqrt(a^2 + b^2) of numbers >= 0, and a length: squares neither overflow nor vanish.
+float rootSum(float a, float b) {
+    float larger = max(a, b);
+    float ratio = min(a, b) / max(larger, 1e-37);
+    return larger * sqrt(1.0 + ratio * ratio);
+}
+float safeLength(vec3 v) {
+    float largest = maxComponent(abs(v));
+    return largest * length(v / max(largest, 1e-37));
+}
 float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
 
 // Cosine and sine of 2 pi turn, turn in [0, 1]: GLSL's promise nothing beyond [-pi, pi], so half a turn is taken off and put back.

@@ -1,8 +1,10 @@
 // Functions of the shader library by name, in the float and in the double build, on the same float arguments.
 #pragma once
 
+#include "lib/evaluate.h"
 #include "lib/guide_table.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -30,6 +32,16 @@ enum class Function {
 using Numbers = std::vector<double>;
 Numbers callFloat(Function function, const std::vector<float>& arguments);
 Numbers callDouble(Function function, const std::vector<float>& arguments);
+
+// A direction drawn from a material, and what it counts.
+struct Drawn {
+    bool any;
+    glm::vec3 wi;
+    double density;
+    glm::dvec3 weight; // f cos over the density
+};
+Drawn sampleFloat(const Query& query, const std::array<float, 3>& u);
+Drawn sampleDouble(const Query& query, const std::array<float, 3>& u);
 
 // The guide's mixture in a cell: what a path makes of it, and what it draws from the random numbers `u`.
 struct Mixture {

@@ -29,3 +29,18 @@ cmpg::test::GuideDraw cmpg::test::drawFloat(const GuideTable& table, std::uint32
     draw.again = double(library.guideDensity(root, weights, score, walk.point));
     return draw;
 }
+
+cmpg::test::Drawn cmpg::test::sampleFloat(const Query& q, const std::array<float, 3>& u) {
+    shader_float::ShaderLibrary library;
+    using Vec3 = glm::vec3;
+    const shader_float::ShaderLibrary::Surface surface{Vec3(q.baseColor), q.roughness, q.metallic, q.specular, Vec3(q.specularColor), q.ior};
+    const Vec3 n(q.normal), wo(q.wo);
+    Vec3 wi;
+    Drawn drawn{library.sampleBsdf(surface, n, wo, Vec3(u[0], u[1], u[2]), wi), glm::vec3(0), 0, glm::dvec3(0)};
+    drawn.wi = glm::vec3(wi);
+    if (!drawn.any) return drawn;
+    const auto density = library.bsdfPdf(surface, n, wo, wi);
+    drawn.density = double(density);
+    drawn.weight = library.bsdfCos(surface, n, wo, wi) / density;
+    return drawn;
+}
