@@ -38,3 +38,23 @@ function(cmpg_embed_shaders target folder source)
   set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${headers}")
   target_include_directories(${target} PRIVATE ${out})
 endfunction()
+
+# The graphics shaders of `folder` (*.vert, *.frag), for the sources of `target`: #include "panel_vert.h" defines panel_vert.
+function(cmpg_embed_graphics_shaders target folder)
+  file(GLOB shaders CONFIGURE_DEPENDS ${folder}/*.vert ${folder}/*.frag)
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/${target}_spirv)
+  file(MAKE_DIRECTORY ${out})
+  set(headers "")
+  foreach(shader IN LISTS shaders)
+    get_filename_component(symbol ${shader} NAME)
+    string(REPLACE "." "_" symbol ${symbol})
+    set(header ${out}/${symbol}.h)
+    add_custom_command(OUTPUT ${header}
+      COMMAND ${GLSLANG} --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders --vn ${symbol} --depfile ${header}.d -o ${header} ${shader}
+      DEPENDS ${shader} DEPFILE ${header}.d VERBATIM
+      COMMENT "Compiling shader ${symbol}")
+    list(APPEND headers ${header})
+  endforeach()
+  target_sources(${target} PRIVATE ${headers}) # so that they are made before the sources are compiled
+  target_include_directories(${target} PRIVATE ${out})
+endfunction()

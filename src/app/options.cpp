@@ -4,6 +4,7 @@
 #include "base/error.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@ namespace {
 
 constexpr const char* kFooter = R"(
 Examples:
+  cmpg-vk room.gltf --target ref.exr --param painting.baseColor                      a window: see gradients live
   cmpg-vk --headless render   room.gltf -o image.exr --spp 256
   cmpg-vk --headless gradient room.gltf --param painting.baseColor -o gradient.exr
   cmpg-vk --headless gradient room.gltf --param painting.baseColor --target ref.exr -o gradient.exr
@@ -62,7 +64,7 @@ std::string kind(const std::string& value, const std::string& initial) {
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check: 16"))->group(sampling);
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check, a step in a window: 16"))->group(sampling);
     addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
         ->option_text(kind("N", "as --spp; optimize, also in compare: 4"))
         ->group(sampling);
@@ -125,7 +127,7 @@ void addCommon(CLI::App& app, Options& o) {
         ->group(run);
     app.add_flag("--json", o.json, "Print one JSON object on stdout, everything else on stderr")->group(run);
     app.add_flag("--quiet", o.quiet, "Print no configuration and no progress")->group(run);
-    app.add_flag("--headless", o.headless, "No window (the only way for now)")->group(run);
+    app.add_flag("--headless", o.headless, "No window: needs one of the commands, none of which opens one")->group(run);
 }
 
 void addTarget(CLI::App& app, Options& o) {
@@ -201,6 +203,11 @@ CLI::App* addCommand(CLI::App& app, Options& o, Command command, const std::stri
 
 void addCommands(CLI::App& app, Options& o) {
     const std::string scene = "Scene, .gltf or .glb";
+    CLI::App* open = addCommand(app, o, Command::Open, "A window on a scene; the word may be left away: cmpg-vk SCENE", scene);
+    addParameters(*open, o);
+    addTarget(*open, o);
+    addOptimizer(*open, o);
+
     CLI::App* render = addCommand(app, o, Command::Render, "Render an image: -o FILE.exr", scene);
     addLayers(*render, o);
 
@@ -270,8 +277,10 @@ void readConfig(const std::string& file, Options& options) {
     applyConfig(config, options);
 }
 
-// Whether the arguments name a command; mistakes in them are somebody else's business.
-bool namesCommand(int argc, const char* const* argv) {
+enum class Names { Nothing, Something, Command };
+
+// What the arguments name: a command, or something else that is no option, such as a scene. Mistakes are somebody else's business.
+Names namedBy(int argc, const char* const* argv) {
     Options ignored;
     CLI::App app;
     addCommon(app, ignored);
@@ -281,7 +290,11 @@ bool namesCommand(int argc, const char* const* argv) {
         app.parse(argc, argv);
     } catch (const CLI::Error&) {
     }
-    return !app.get_subcommands().empty();
+    if (!app.get_subcommands().empty())
+        return Names::Command;
+    const std::vector<std::string> others = app.remaining();
+    const bool any = std::any_of(others.begin(), others.end(), [](const std::string& other) { return !other.empty() && other.front() != '-'; });
+    return any ? Names::Something : Names::Nothing;
 }
 
 } // namespace
@@ -296,13 +309,13 @@ const char* commandName(Command command) {
 std::uint32_t Options::effectiveSpp() const {
     if (spp)
         return *spp;
-    return command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
+    return command == Command::Open || command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
 }
 
 std::uint32_t Options::effectiveSppGradient() const {
     if (sppGradient)
         return *sppGradient;
-    return command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
+    return command == Command::Open || command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
 }
 
 std::uint32_t Options::effectiveTrain() const {
@@ -312,10 +325,13 @@ std::uint32_t Options::effectiveTrain() const {
 Options parseOptions(int argc, const char* const* argv) {
     Options o;
     std::vector<const char*> arguments(argv, argv + argc);
+    const Names named = namedBy(argc, argv);
     if (const std::string config = findConfig(argc, argv); !config.empty()) {
         readConfig(config, o);
-        if (o.command != Command::None && !namesCommand(argc, argv)) // options of its own may follow
+        if (o.command != Command::None && named != Names::Command) // options of its own may follow
             arguments.insert(arguments.begin() + 1, commandName(o.command));
+    } else if (named == Names::Something) {
+        arguments.insert(arguments.begin() + 1, commandName(Command::Open));
     }
     CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
     app.set_help_flag("-h,--help", "This text; after a command, that command alone");

@@ -15,7 +15,7 @@
 
 namespace cmpg {
 
-enum class Command { None, Render, Gradient, Optimize, Compare, Inspect, View, Guide, ListDevices, Version };
+enum class Command { None, Open, Render, Gradient, Optimize, Compare, Inspect, View, Guide, ListDevices, Version };
 const char* commandName(Command command);
 
 struct Options {
@@ -47,7 +47,7 @@ struct Options {
     // render and gradient
     std::string layers;
 
-    // gradient and optimize
+    // open, gradient and optimize
     std::vector<std::string> param;
     std::vector<std::string> target; // FILE or CAMERA=FILE
     Loss loss = Loss::Mse;
@@ -128,6 +128,7 @@ inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, 
 inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
+    {Command::Open, "open"},
     {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},
     {Command::Compare, "compare"}, {Command::Inspect, "inspect"},   {Command::View, "view"},
     {Command::Guide, "guide"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};

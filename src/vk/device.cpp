@@ -42,24 +42,6 @@ std::size_t bestDevice(const std::vector<DeviceInfo>& devices) {
                 "update the driver, or install the package mesa-vulkan-drivers, whose driver runs on any CPU");
 }
 
-std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::string& select) {
-    if (select.empty())
-        return bestDevice(devices);
-    std::size_t chosen = devices.size();
-    const char* const end = select.data() + select.size();
-    if (const auto [rest, error] = std::from_chars(select.data(), end, chosen); error != std::errc() || rest != end)
-        chosen = std::size_t(std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
-                     return lower(d.name).find(lower(select)) != std::string::npos;
-                 }) - devices.begin());
-    if (chosen >= devices.size())
-        throw Error(ExitCode::Device, "no Vulkan device matches '" + select + "'", listText(devices),
-                    "give --device an index or a part of a name of --list-devices");
-    if (!devices[chosen].usable)
-        throw Error(ExitCode::Device, "'" + devices[chosen].name + "' cannot be used: it lacks " + devices[chosen].missing,
-                    "an old driver or device", "choose another with --device");
-    return chosen;
-}
-
 // lavapipe gives each of its threads one contiguous range of workgroups.
 std::uint32_t lavapipeThreads() {
     std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
@@ -89,6 +71,24 @@ vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uin
 }
 
 } // namespace
+
+std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::string& select) {
+    if (select.empty())
+        return bestDevice(devices);
+    std::size_t chosen = devices.size();
+    const char* const end = select.data() + select.size();
+    if (const auto [rest, error] = std::from_chars(select.data(), end, chosen); error != std::errc() || rest != end)
+        chosen = std::size_t(std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& d) {
+                     return lower(d.name).find(lower(select)) != std::string::npos;
+                 }) - devices.begin());
+    if (chosen >= devices.size())
+        throw Error(ExitCode::Device, "no Vulkan device matches '" + select + "'", listText(devices),
+                    "give --device an index or a part of a name of --list-devices");
+    if (!devices[chosen].usable)
+        throw Error(ExitCode::Device, "'" + devices[chosen].name + "' cannot be used: it lacks " + devices[chosen].missing,
+                    "an old driver or device", "choose another with --device");
+    return chosen;
+}
 
 Device::Impl::Impl(const Options& options) {
     instance = createInstance(options.validation || environmentFlag("CMPG_VALIDATION"));
@@ -181,7 +181,7 @@ void Device::Impl::submitAndWait(vk::CommandBuffer commands) {
             throw Error(ExitCode::Device, "the device did not finish");
         device.resetFences(*fence);
     });
-    throwOnValidationMessages();
+    instance->throwValidationMessages();
 }
 
 void Device::Impl::transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record) {
@@ -199,19 +199,6 @@ RawBuffer& Device::Impl::stagingBuffer() {
         staging = allocate("staging", kStagingBytes, vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst,
                            Place::Staging);
     return staging;
-}
-
-void Device::Impl::throwOnValidationMessages() {
-    if (!instance->log)
-        return;
-    const std::lock_guard lock(instance->log->mutex);
-    if (instance->log->messages.empty())
-        return;
-    std::string all;
-    for (const std::string& message : instance->log->messages)
-        all += message + "\n";
-    instance->log->messages.clear();
-    throw Error(ExitCode::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
 }
 
 std::vector<DeviceInfo> Device::list() {

@@ -52,7 +52,6 @@ struct Device::Impl {
     // Runs `record` on a fresh command buffer and waits.
     void transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record);
     RawBuffer& stagingBuffer();
-    void throwOnValidationMessages();
 
     template <class Handle> void setName(const Handle& handle, const std::string& name) const {
         if (!instance->debugUtils)

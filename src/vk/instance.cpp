@@ -81,10 +81,23 @@ Instance::~Instance() {
             logWarn("Vulkan validation: " + message);
 }
 
-std::unique_ptr<Instance> createInstance(bool validation) try {
+void Instance::throwValidationMessages() {
+    if (!log)
+        return;
+    const std::lock_guard lock(log->mutex);
+    if (log->messages.empty())
+        return;
+    std::string all;
+    for (const std::string& message : log->messages)
+        all += message + "\n";
+    log->messages.clear();
+    throw Error(ExitCode::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
+}
+
+std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* const> required) try {
     auto instance = std::make_unique<Instance>();
     const auto extensions = instance->context.enumerateInstanceExtensionProperties();
-    std::vector<const char*> layers, enabled;
+    std::vector<const char*> layers, enabled(required.begin(), required.end());
     if (contains(extensions, &vk::ExtensionProperties::extensionName, VK_EXT_DEBUG_UTILS_EXTENSION_NAME)) {
         instance->debugUtils = true;
         enabled.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);

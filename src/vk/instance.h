@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct Instance {
     Instance() = default;
     ~Instance(); // warns of messages nobody threw
     Instance(const Instance&) = delete;
+    void throwValidationMessages(); // Error(Device) where there are any, and forgets them
 
     vk::raii::Context context;
     bool debugUtils = false;            // names and labels are possible
@@ -31,10 +33,14 @@ struct Instance {
     vk::raii::DebugUtilsMessengerEXT messenger{nullptr};
 };
 
-std::unique_ptr<Instance> createInstance(bool validation);
+// `extensions`: required beside those that are used where present.
+std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* const> extensions = {});
 
 // Never empty: throws Error(Device) with the remedy when there is no device at all.
 std::vector<vk::raii::PhysicalDevice> physicalDevices(const Instance& instance);
+
+// The device that Device::Options::select means; Error(Device) where it means none.
+std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::string& select);
 
 DeviceInfo describe(const vk::raii::PhysicalDevice& device);
 std::optional<std::uint32_t> computeQueueFamily(const vk::raii::PhysicalDevice& device);

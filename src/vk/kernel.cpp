@@ -70,7 +70,7 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
             nullptr, {{}, {{}, vk::ShaderStageFlagBits::eCompute, *module, "main", &specialization}, *impl_->pipelineLayout});
         owner.setName(impl_->pipeline, impl_->name);
     });
-    owner.throwOnValidationMessages();
+    owner.instance->throwValidationMessages();
 }
 
 Kernel::Kernel() noexcept = default;

@@ -266,5 +266,21 @@ TEST(Options, RefusesBadConfigurations) {
     }
 }
 
+// A scene alone is to be opened in a window, wherever its options stand.
+TEST(Options, ASceneAloneOpensAWindow) {
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"s.gltf", "--target", "t.exr", "--param", "p"}, {"--spp", "7", "s.gltf", "--target", "t.exr", "--param", "p"},
+          {"--target", "t.exr", "--param", "p", "s.gltf"}, {"open", "s.gltf", "--target", "t.exr", "--param", "p"}}) {
+        const Options o = parse(arguments);
+        EXPECT_EQ(o.command, Command::Open);
+        EXPECT_EQ(o.input, "s.gltf");
+        EXPECT_EQ(o.target, std::vector<std::string>{"t.exr"});
+        EXPECT_EQ(o.param, std::vector<std::string>{"p"});
+    }
+    EXPECT_EQ(parseCode({"--headless", "s.gltf"}), ExitCode::Usage);
+    EXPECT_EQ(parseCode({"rendr", "s.gltf"}), ExitCode::Usage);
+    EXPECT_EQ(parseCode({"s.gltf", "--frobnicate"}), ExitCode::Usage);
+}
+
 } // namespace
 } // namespace cmpg

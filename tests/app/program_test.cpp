@@ -33,6 +33,8 @@ TEST(Program, ExitCodes) {
     const std::vector<Case> cases = {
         {{}, 2, "no command"},
         {{"--frobnicate"}, 2, "frobnicate"},
+        {{"frobnicate"}, 2, "neither a command nor a scene"},
+        {{"--headless", scene}, 2, "--headless render"},
         {{"render"}, 2, "scene"},
         {{"render", scene}, 2, "-o"},
         {{"render", scene, "-o", folder / "a.txt"}, 2, ".exr"},
@@ -77,6 +79,23 @@ TEST(Program, RunsWithoutADevice) {
     const auto inspect = runProgram({"inspect", scene}, kNoDevice);
     EXPECT_EQ(inspect.code, 4);
     EXPECT_NE(inspect.out.find("eye"), std::string::npos) << inspect.out; // what needs no device is printed all the same
+}
+
+// A window cannot be opened without a display, nor without its module.
+TEST(Program, WithoutAWindowSaysHowToWork) {
+    const test::TemporaryFolder folder;
+    const std::string scene = folder / "scene.gltf", alone = folder / "cmpg-vk";
+    test::writeText(scene, kEmptyScene);
+    const auto noDisplay = runProgram({scene}, {"DISPLAY=", "WAYLAND_DISPLAY="});
+    EXPECT_EQ(noDisplay.code, 4) << noDisplay.err;
+    EXPECT_NE(noDisplay.err.find("--headless"), std::string::npos) << noDisplay.err;
+
+    std::filesystem::copy_file(CMPG_BINARY, alone);
+    const std::string command = alone + " " + scene + " 2>" + folder / "err";
+    EXPECT_EQ(std::system(command.c_str()) >> 8, 4);
+    const std::string message = test::readText(folder / "err");
+    EXPECT_NE(message.find("libcmpg-viewer.so"), std::string::npos) << message;
+    EXPECT_NE(message.find("--headless"), std::string::npos) << message;
 }
 
 TEST(Program, PrintsOneJsonObject) {

@@ -1,0 +1,16 @@
+// The window is a module of its own, loaded when asked for: without it the program needs no window library.
+#pragma once
+
+#include "app/options.h"
+#include "base/error.h"
+
+namespace cmpg {
+
+// The function the module exports, `extern "C"`. Shows the window until it is closed, explains its errors itself, and returns the exit code.
+using ViewerMain = int (*)(const Options& options);
+constexpr const char* kViewerMain = "cmpgViewerMain";
+
+// Loads the module and runs it. Error(Device) that names --headless where there is none.
+ExitCode runViewerModule(const Options& options);
+
+} // namespace cmpg

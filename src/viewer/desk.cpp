@@ -1,0 +1,117 @@
+// What the window remembers besides the work.
+#include "viewer/desk.h"
+
+#include "viewer/camera_control.h"
+
+#include <algorithm>
+
+namespace cmpg::viewer {
+
+void Desk::update() {
+    state = session.state();
+    if (state->message.number != seenMessage) {
+        seenMessage = state->message.number;
+        saved = state->message.text;
+    }
+    if (state->pick && state->pick->number != seenPick) {
+        seenPick = state->pick->number;
+        seenFrom = pickState();
+        if (state->pick->hit && state->scene) {
+            pivot = state->pick->position;
+            pivotScene = state->scene->number;
+        }
+    }
+    refreshPick();
+}
+
+// What the guide learned since is worth another look, from where the first one was.
+void Desk::refreshPick() {
+    if (!inspector || !state->pick || !state->pick->hit || !seenFrom)
+        return;
+    const PickState now = pickState();
+    if (now.passes == seenFrom->passes || now.scene != seenFrom->scene || now.mode != seenFrom->mode || now.view != seenFrom->view ||
+        (camera() && now.eye != seenFrom->eye))
+        return;
+    seenFrom = now;
+    session.pick(state->pick->x, state->pick->y);
+}
+
+Desk::PickState Desk::pickState() const {
+    return {state->guidePasses, state->scene ? state->scene->number : 0, state->settings.mode, state->settings.view, state->settings.camera.toWorld};
+}
+
+glm::vec3 Desk::pivotOf(const Camera& camera) const {
+    if (!state->scene)
+        return {};
+    return pivot && pivotScene == state->scene->number ? *pivot : pivotAhead(camera, state->scene->lower, state->scene->upper);
+}
+
+void Desk::changeCamera(const std::function<void(Camera&)>& edit) {
+    if (camera() && state->scene)
+        session.change([&](LiveSettings& settings) { edit(settings.camera); });
+}
+
+void Desk::resetCamera() {
+    pivot.reset();
+    changeCamera([&](Camera& camera) {
+        const auto& cameras = state->scene->cameras;
+        const auto same = std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == camera.name; });
+        camera = same == cameras.end() ? cameras.front() : *same;
+    });
+}
+
+glm::ivec2 Desk::imageSize() const {
+    const auto& image = state->picture(LivePicture::Image);
+    if (camera() || !image)
+        return {state->settings.width, state->settings.height};
+    return {image->width, image->height};
+}
+
+void Desk::pick(glm::ivec2 pixel, const Image& shown) {
+    const glm::ivec2 size = imageSize();
+    inspector = true;
+    session.pick(pixel.x * size.x / shown.width, pixel.y * size.y / shown.height);
+}
+
+void Desk::applyLayers() {
+    session.change([&](LiveSettings& settings) { settings.layers = layers || cells; });
+}
+
+std::string Desk::sceneName() const {
+    if (!state->scene)
+        return "no scene";
+    const std::filesystem::path file = std::filesystem::absolute(state->scene->file);
+    return (file.parent_path().filename() / file.filename()).string();
+}
+
+std::filesystem::path Desk::fileFor(const std::string& name, const char* extension) const {
+    std::string stem = name;
+    std::replace(stem.begin(), stem.end(), ' ', '-');
+    const std::filesystem::path file = std::filesystem::absolute(state->scene ? state->scene->file : "scene");
+    const std::string scene = file.stem() == "scene" ? file.parent_path().filename().string() : file.stem().string();
+    return std::filesystem::path(folder.empty() ? "." : folder) / (scene + "-" + stem + extension);
+}
+
+void Desk::save(LivePicture picture, const char* extension) {
+    if (state->picture(picture))
+        session.save(picture, fileFor(livePictureName(picture), extension), looks.forFile(*state, picture));
+}
+
+void Desk::saveScene() {
+    if (state->scene)
+        session.saveScene(fileFor("recovered", ""));
+}
+
+void Desk::open(const std::filesystem::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    fileError.clear();
+    if (ending == ".gltf" || ending == ".glb")
+        session.openScene(file);
+    else if (ending == ".exr" || ending == ".hdr" || ending == ".png" || ending == ".jpg" || ending == ".jpeg")
+        session.openTarget(file.string());
+    else
+        fileError = file.filename().string() + " is neither a scene (.gltf .glb) nor a target (.exr .hdr .png .jpg)";
+}
+
+} // namespace cmpg::viewer

@@ -1,0 +1,70 @@
+// What the window remembers besides the work: how things are looked at, what is open, where files go.
+#pragma once
+
+#include "live/live_session.h"
+#include "viewer/layout.h"
+#include "viewer/picture_look.h"
+#include "viewer/picture_view.h"
+
+#include <optional>
+
+namespace cmpg::viewer {
+
+// A pixel under the cursor: all panels of the group mark it.
+struct Hover {
+    LivePicture picture;
+    glm::ivec2 pixel;
+};
+
+struct Desk {
+    explicit Desk(LiveSession& s) : session(s), state(s.state()) {}
+
+    LiveSession& session;
+    std::shared_ptr<const LiveState> state; // of this frame
+    Looks looks;
+
+    std::array<PictureView, 2> views; // by Group
+    PictureView& viewOf(LivePicture picture) { return views[std::size_t(groupOf(picture))]; }
+    std::optional<Rectangle> pictureArea; // of the first panel, last frame: what "actual size" goes by
+    std::optional<Hover> hover, hoverFound; // of the last frame, which this one shows; in this one
+    std::optional<glm::vec3> pivot; // where the last click hit; else straight ahead
+    std::uint32_t pivotScene = 0;   // number of the scene it is in
+
+    bool layers = false, cells = false; // more panels; cells of the guide over the image
+    bool help = false, inspector = false;
+    std::uint32_t seenPick = 0, closedError = 0;
+    float fill = 0.5f; // what a recovery starts from
+    std::optional<glm::vec3> direction, directionFound; // under the cursor in a map of the guide: last frame, this frame
+    std::string folder = ".";
+    std::string saved, fileError; // the last message of something done, and what went wrong in the window's own doing
+    std::uint32_t seenMessage = 0;
+    bool quit = false;
+
+    void update(); // takes over the latest state
+    void refreshPick();
+
+    // What the point of a pick depends on, and how much the guide had learned.
+    struct PickState {
+        std::uint32_t passes = 0, scene = 0;
+        LiveMode mode = LiveMode::Render;
+        std::uint32_t view = 0;
+        glm::mat4 eye{1};
+    };
+    std::optional<PickState> seenFrom;
+    PickState pickState() const;
+
+    bool camera() const { return state->settings.mode != LiveMode::Optimize; } // it can be moved
+    glm::vec3 pivotOf(const Camera& camera) const;
+    void changeCamera(const std::function<void(Camera&)>& edit);
+    void resetCamera();
+    glm::ivec2 imageSize() const;  // of Image as wished: what is shown may be a smaller preview
+    void pick(glm::ivec2 pixel, const Image& shown);
+    void applyLayers(); // asks the work for what `layers` and `cells` show
+    std::string sceneName() const; // folder and name of the file, as many are called scene.gltf
+    std::filesystem::path fileFor(const std::string& name, const char* extension) const; // in `folder`, of this scene
+    void save(LivePicture picture, const char* extension);
+    void saveScene();
+    void open(const std::filesystem::path& file); // a scene or a target, by its ending
+};
+
+} // namespace cmpg::viewer

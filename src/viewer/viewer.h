@@ -1,0 +1,12 @@
+// The window: joins the work, the interface and the presentation, and runs until it is closed.
+#pragma once
+
+#include "app/options.h"
+#include "base/error.h"
+
+namespace cmpg::viewer {
+
+// Error(Device) that names --headless where no window can be shown.
+ExitCode runViewer(const Options& options);
+
+} // namespace cmpg::viewer
