@@ -1,4 +1,4 @@
-// Sums the samples of each pixel of the batch in their order, compensated, on top of what earlier batches left.
+// Sums the samples of each pixel of the batch in their order, on top of what earlier batches left.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -6,7 +6,8 @@
 #include "shared/bindings.h"
 #include "shared/batch.h"
 #include "shared/wavefront.h"
-#include "shared/film.h"
+#include "shared/tape.h"
+#include "lib/film_sum.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
@@ -15,6 +16,7 @@ layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint 
 layout(binding = kBindVertices, scalar) readonly buffer Vertices { Vertex vertices[]; };
 layout(binding = kBindTangents, scalar) readonly buffer Tangents { vec3 tangents[]; };
 layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
+layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
 layout(binding = kBindLayers, scalar) readonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindLayerFilm, scalar) buffer LayerFilm { LayerSample layerFilm[]; };
 
@@ -23,14 +25,12 @@ void main() {
     if (push.count == 0 || pixel >= batch.pixels) return;
     FilmPixel p = film[pixel];
     const uint first = pixelOffsets[pixel], end = pixelOffsets[pixel + 1]; // at most kMaxPixelSamples apart
+    const uint sample0 = batch.earlierSamples + (pixel == 0 ? batch.firstSample : 0);
     for (uint path = first; path < end; ++path) {
         const vec3 value = kForward ? tangents[path] : vertices[path].suffix;
-        precise vec3 sum = p.sum + value;
-        // Neumaier: the rounding error of the larger operand's side.
-        precise vec3 lost = mix((value - sum) + p.sum, (p.sum - sum) + value, greaterThanEqual(abs(p.sum), abs(value)));
-        p.compensation += lost;
-        p.sum = sum;
-        p.squares += dot(value, value) * (1.0 / 3.0);
+        const bool finite = !any(isnan(value)) && !any(isinf(value));
+        if (!finite) atomicAdd(statistics[kForward ? kDroppedDerivative : kDroppedRadiance], 1);
+        addSample(p, finite ? value : vec3(0), sample0 + (path - first));
     }
     film[pixel] = p;
     if (!kLayers) return;

@@ -7,6 +7,7 @@
 #include "shared/batch.h"
 #include "shared/wavefront.h"
 #include "lib/dispatch.glsl"
+#include "lib/math.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
@@ -29,7 +30,7 @@ void main() {
     for (uint i = 0; i < arrival.count; ++i) { // at most kMaxSplit
         const VertexMoment m = moments[arrival.first + i];
         own += m.own;
-        below += m.below;
+        below = rootSum(below, m.below);
         entry = m.entry; // copies stand at one point
         if (kRecord) derivative += arrival.weight * (derivatives[arrival.first + i].plus + derivatives[arrival.first + i].minus);
     }

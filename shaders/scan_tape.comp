@@ -47,7 +47,7 @@ struct Found {
     vec3 incident; // X = E_{i+1} + R_{i+1}
     vec3 tangent; // dE_{i+1} + T_{i+1} along the direction
     DerivativeParts parts; // the same as sums of absolute terms
-    float squares; // of the contributions made there and further along
+    float norm; // of the contributions made there and further along
 };
 
 void addFound(INOUT(Found) found, uint vertex, float weight, INOUT(vec3) own) {
@@ -61,7 +61,7 @@ void addFound(INOUT(Found) found, uint vertex, float weight, INOUT(vec3) own) {
     if (kMeasure && push.firstEntry == 0) {
         const VertexMoment moment = nextMoments[vertex];
         own += moment.own; // copies stand at one point and add to the same entries
-        found.squares += moment.below;
+        found.norm = rootSum(found.norm, moment.below);
     }
 }
 
@@ -75,7 +75,7 @@ Found gatherFound(uint child) {
     } else {
         addFound(found, child, 1.0, own);
     }
-    found.squares += dot(own, own);
+    found.norm = rootSum(found.norm, safeLength(own));
     return found;
 }
 
@@ -137,7 +137,7 @@ void main() {
     }
     if (kForward) tangents[slot] = tangent;
     if (push.firstEntry != 0) return;
-    if (kMeasure) moments[slot] = VertexMoment(terms.own.sum, found.squares, terms.own.entry);
+    if (kMeasure) moments[slot] = VertexMoment(terms.own.sum, found.norm, terms.own.entry);
     if (kRecord) {
         leaveRecord(slot, scattered, reflected, terms);
         derivatives[slot] = DerivativeParts(terms.drawn.plus + terms.lit.plus + terms.emitted.plus, terms.drawn.minus + terms.lit.minus + terms.emitted.minus);

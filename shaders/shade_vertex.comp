@@ -227,8 +227,11 @@ void main() {
     }
     v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {
+        // Between the two offset points: seen from the point itself, the way from its offset one would end behind a grazing emitter.
         const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);
-        shadowRays[v.shadow] = ShadowRay(origin, light.distance * (1.0 - 1e-4), light.direction, slot);
+        const vec3 way = light.target - origin;
+        const float reach = light.hasTarget ? length(way) : light.distance;
+        shadowRays[v.shadow] = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
     }
     vertices[slot] = v;
 }

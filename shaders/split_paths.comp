@@ -32,6 +32,7 @@ float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
     if (!(reflected > 0.0) || !(guide.reference > 0.0)) return 1.0;
     const float expected = meanOf(prefix.tangent) * reflected + meanOf(prefix.throughput) * derivative;
     const float q = meanOf(abs(adjoint)) * (expected / guide.reference);
+    if (!(q <= float(kMaxSplit))) return min(float(kMaxSplit), float(kMaxCopies) / float(prefix.copies)); // no number too, out of overflow
     return clamp(q, kLeastSurvival, min(float(kMaxSplit), float(kMaxCopies) / float(prefix.copies)));
 }
 

@@ -77,8 +77,8 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     d.normalZ = zero;
     float side = dot(normal, wo) < 0.0 ? -1.0 : 1.0;
     vec3 n = normal * side;
-    float cosO = dot(n, wo);
-    float cosI = dot(n, wi);
+    float cosO = accurateDot(n, wo);
+    float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return zero;
 
     vec3 value = zero;
@@ -145,8 +145,8 @@ vec3 bsdfCos(Surface s, vec3 n, vec3 wo, vec3 wi) {
 // Solid-angle density of sampleBsdf. Samples that end below the surface are not counted, so it integrates to at most 1.
 float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
-    float cosO = dot(n, wo);
-    float cosI = dot(n, wi);
+    float cosO = accurateDot(n, wo);
+    float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return 0.0;
     float probability = specularProbability(s, cosO);
     float pdf = 0.0;
@@ -158,7 +158,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
 // Draws wi with density bsdfPdf; u in [0,1)^3, u.z picks the lobe. False: there is no direction (below the surface, or no lobe).
 bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi) {
     vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
-    float cosO = dot(n, wo);
+    float cosO = accurateDot(n, wo);
     wi = n;
     if (!(cosO > kMinCosine) || !(hasDiffuse(s) || hasSpecular(s))) return false;
     vec3 x;

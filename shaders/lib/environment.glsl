@@ -12,10 +12,9 @@ vec2 environmentUv(vec3 d) {
 }
 
 vec3 environmentDirection(vec2 uv) {
-    float phi = 2.0 * kPi * uv.x;
     float theta = kPi * uv.y;
-    float r = sin(theta);
-    return vec3(r * sin(phi), cos(theta), -r * cos(phi));
+    vec2 on = sin(theta) * unitCircle(uv.x);
+    return vec3(on.y, cos(theta), -on.x);
 }
 
 // Rotation about +y by the angle with this cosine and sine: world = R_y(angle) * environment. The inverse has the opposite sine.
@@ -42,12 +41,11 @@ vec3 sampleEnvironmentCell(uvec2 cell, uint width, uint height, vec2 u) {
     float bottom = top + 0.5 * step;
     // 1 - cos = 2 sin^2 of half the angle: relative accuracy at both poles.
     float s2 = mix(square(accurateSin(top)), square(accurateSin(bottom)), u.y);
-    float c2 = mix(square(accurateSin(0.5 * kPi - top)), square(accurateSin(max(0.5 * kPi - bottom, 0.0))), u.y);
-    float r = 2.0 * sqrt(s2 * c2);
-    // Half a turn less, for sin() and cos() promise nothing beyond [-pi, pi].
+    float above = 0.5 * step * float(height - 1u - cell.y); // the same from the lower pole
+    float c2 = mix(square(accurateSin(above)), square(accurateSin(above - 0.5 * step)), u.y);
     float turn = (float(cell.x) + 0.5 + u.x) / float(width);
-    float phi = 2.0 * kPi * (turn > 1.0 ? turn - 1.5 : turn - 0.5);
-    return vec3(-r * sin(phi), c2 - s2, r * cos(phi));
+    vec2 on = 2.0 * sqrt(s2 * c2) * unitCircle(turn > 1.0 ? turn - 1.0 : turn);
+    return vec3(on.y, c2 - s2, -on.x);
 }
 
 #endif

@@ -8,9 +8,10 @@
 #include "lib/math.glsl"
 #include "shared/guide.h"
 
-// Below this a cell's score counts as nothing known: means are published with a typical size of 1.
+// Below this a cell's score counts as nothing known: a cell's means are published with a typical size of 1.
 const float kMinGuideScore = 1e-20;
 const float kBelowOne = 0.99999994;
+const float kPointStep = 5.9604645e-8; // 2^-24, to which points of the square are exact
 const float kPositivizedShare = 0.95; // of the wanted sign; the rest defends against a wrongly learned one
 
 // Equal-area map of the sphere to the unit square: azimuth / 2 pi, (1 + z) / 2.
@@ -21,9 +22,8 @@ vec2 squareFromDirection(vec3 d) {
 }
 
 vec3 directionFromSquare(vec2 s) {
-    float phi = 2.0 * kPi * s.x;
-    float r = 2.0 * sqrt(max(s.y * (1.0 - s.y), 0.0)); // keeps its relative accuracy at the poles
-    return normalize(vec3(r * cos(phi), r * sin(phi), 2.0 * s.y - 1.0));
+    vec2 on = 2.0 * sqrt(max(s.y * (1.0 - s.y), 0.0)) * unitCircle(s.x); // keeps its relative accuracy at the poles
+    return normalize(vec3(on.x, on.y, 2.0 * s.y - 1.0));
 }
 
 // `t`: position in the tree's box, [0,1)^3.
@@ -105,7 +105,7 @@ GuideWalk guideWalk(uint root, vec3 weights, float rootScore, bool draw, vec2 at
         node = top ? (right ? child3 : child2) : (right ? child1 : child0);
         if (node == 0u) break;
     }
-    walk.point = min(corner + edge * at, vec2(kBelowOne));
+    walk.point = min(corner + edge * at, corner + (edge - kPointStep)); // exact: rounding must not carry it into the next quadrant
     walk.density = score > 0.0 ? score / (edge * edge * rootScore) * (0.25 * kInvPi) : 0.0;
     return walk;
 }

@@ -11,7 +11,23 @@ const float kMinCosine = 1e-9;
 
 float square(float x) { return x * x; }
 float maxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
+// sqrt(a^2 + b^2) of numbers >= 0, and a length: squares neither overflow nor vanish.
+float rootSum(float a, float b) {
+    float larger = max(a, b);
+    float ratio = min(a, b) / max(larger, 1e-37);
+    return larger * sqrt(1.0 + ratio * ratio);
+}
+float safeLength(vec3 v) {
+    float largest = maxComponent(abs(v));
+    return largest * length(v / max(largest, 1e-37));
+}
 float safeSqrt(float x) { return sqrt(max(x, 0.0)); }
+
+// Cosine and sine of 2 pi turn, turn in [0, 1]: GLSL's promise nothing beyond [-pi, pi], so half a turn is taken off and put back.
+vec2 unitCircle(float turn) {
+    float phi = 2.0 * kPi * (turn - 0.5);
+    return vec2(-cos(phi), -sin(phi));
+}
 
 // sin(x) for x in [0, pi/2], to 1e-7 of itself. Vulkan lets sin() be off by 2^-11, and drivers use that: of a small angle nothing may
 // be left. The series' next term is 6e-8.
@@ -43,6 +59,20 @@ vec3 leadingBits(vec3 v) {
     PRECISE vec3 scaled = v * 4097.0;
     PRECISE vec3 high = scaled - (scaled - v);
     return high;
+}
+
+// Dot product whose error is about 2^-36 |a| |b| instead of 2^-24: a cosine keeps its relative accuracy where vectors are nearly
+// perpendicular.
+float accurateDot(vec3 a, vec3 b) {
+    vec3 ah = leadingBits(a);
+    vec3 bh = leadingBits(b);
+    PRECISE vec3 p = ah * bh; // exact
+    PRECISE float xy = p.x + p.y;
+    PRECISE float fromY = xy - p.x;
+    PRECISE float all = xy + p.z;
+    PRECISE float fromZ = all - xy;
+    PRECISE float lost = ((p.x - (xy - fromY)) + (p.y - fromY)) + ((xy - (all - fromZ)) + (p.z - fromZ));
+    return all + (lost + (dot(ah, b - bh) + dot(a - ah, b)));
 }
 
 // Cross product whose error is about 2^-36 |a| |b| instead of 2^-24: products of the leading halves are exact and so are their

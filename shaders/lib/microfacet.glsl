@@ -94,10 +94,12 @@ GgxReflection ggxReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float cosO, f
 // Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"; the cap's sine is formed without cancellation.
 vec3 sampleGgxNormal(float alpha, vec3 wo, vec2 u) {
     vec3 stretched = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
-    float drop = u.y * (1.0 + stretched.z); // 1 - height on the cap
-    float radius = safeSqrt(drop * (2.0 - drop));
-    float phi = 2.0 * kPi * u.x;
-    vec3 h = vec3(radius * cos(phi) + stretched.x, radius * sin(phi) + stretched.y, (1.0 - u.y) * (1.0 + stretched.z));
+    float rise = 1.0 + stretched.z;
+    float drop = u.y * rise; // 1 - height on the cap
+    float height = (1.0 - u.y) * rise; // above its lower end, which lies 1 - stretched.z above the sphere's
+    float radius = sqrt(drop * (height + (stretched.x * stretched.x + stretched.y * stretched.y) / rise));
+    vec2 on = radius * unitCircle(u.x);
+    vec3 h = vec3(on.x + stretched.x, on.y + stretched.y, height);
     return normalize(vec3(alpha * h.x, alpha * h.y, h.z));
 }
 

@@ -23,29 +23,21 @@ uint lastTexel(float position, uint size) { return min(uint(max(position, 0.0)),
 
 TexelPair wrapAxis(float coordinate, uint size, uint wrap, bool nearest) {
     float t = abs(coordinate) < 1e7 ? coordinate : 0.0; // beyond that float has no fraction left; not a number lands here too
-    if (wrap == kWrapClamp) {
-        t = clamp(t, 0.0, 1.0);
-    } else if (wrap == kWrapMirror) {
-        t = t - 2.0 * floor(0.5 * t);
-        t = t > 1.0 ? 2.0 - t : t;
-    } else {
-        t = t - floor(t);
-    }
-    float x = t * float(size);
-    TexelPair p;
-    if (nearest) {
-        p.first = lastTexel(x, size);
-        p.second = p.first;
-        p.weight = 0.0;
-        return p;
-    }
+    // Reduced without rounding: t - floor(t) would lose the small negative ones.
+    if (wrap == kWrapClamp) t = clamp(t, 0.0, 1.0);
+    else if (wrap == kWrapMirror) t = abs(t - 2.0 * roundEven(0.5 * t));
+    else t = t - roundEven(t);
     // Between centres. Left of the first centre and right of the last one, repeat joins the opposite edges; mirror and clamp
     // meet the edge texel again.
-    float below = floor(x - 0.5);
-    p.weight = x - 0.5 - below;
-    uint beyond = wrap == kWrapRepeat ? size - 1u : 0u;
-    p.first = below < 0.0 ? beyond : lastTexel(below, size);
-    p.second = below + 1.0 < float(size) ? lastTexel(below + 1.0, size) : size - 1u - beyond;
+    float x = t * float(size) - (nearest ? 0.0 : 0.5);
+    float below = floor(x);
+    TexelPair p;
+    p.weight = nearest ? 0.0 : x - below;
+    if (wrap == kWrapRepeat && below < 0.0) below = below + float(size);
+    p.first = lastTexel(below, size);
+    p.second = lastTexel(below + 1.0, size);
+    if (nearest) p.second = p.first;
+    else if (wrap == kWrapRepeat && !(below + 1.0 < float(size))) p.second = 0u;
     return p;
 }
 

@@ -200,11 +200,34 @@ void walk() {
     }
 }
 
+// Weights of the second and third corner at a point of the triangle: along the longest edge first, then across it. On a needle the
+// intersection test's own weights are mostly rounding; these lead to the point even where its place across is lost.
+vec2 weightsAt(vec3 a, vec3 b, vec3 c, vec3 point) {
+    const vec3 ab = b - a, bc = c - b, ca = a - c;
+    const float lab = dot(ab, ab), lbc = dot(bc, bc), lca = dot(ca, ca);
+    const uint first = lab >= max(lbc, lca) ? 0u : lbc >= lca ? 1u : 2u; // corner the longest edge starts from
+    const vec3 start = first == 0u ? a : first == 1u ? b : c, edge = first == 0u ? ab : first == 1u ? bc : ca;
+    const vec3 side = first == 0u ? -ca : first == 1u ? -ab : -bc; // from there to the third corner
+    const float scale = 1.0 / max(lab, max(lbc, lca));
+    const float foot = dot(side, edge) * scale, along = dot(point - start, edge) * scale;
+    const vec3 across = side - foot * edge;
+    const float third = clamp(dot(point - start - along * edge, across) / max(dot(across, across), 1e-37), 0.0, 1.0);
+    const float second = along - third * foot; // beyond the end of a needle so thin that the test let it be met there
+    const float rest = 1.0 - second - third;
+    return first == 0u ? vec2(second, third) : first == 1u ? vec2(rest, second) : vec2(third, rest);
+}
+
 Hit endRay() {
     Hit hit = Hit(-1.0, kNone, vec2(0));
     if (rayBlock != kNone) {
         hit.t = rayLimit;
-        identify(rayBlock, rayBarycentrics, hit.triangle, hit.barycentrics);
+        const uint at = (rayBlock >> 1) * 4u;
+        const uvec4 r0 = nodeTexel(at), r1 = nodeTexel(at + 1u), r2 = nodeTexel(at + 2u);
+        const vec3 q0 = uintBitsToFloat(r0.xyz) - rayOrigin, q2 = uintBitsToFloat(uvec3(r1.zw, r2.x)) - rayOrigin;
+        const vec3 q1 = uintBitsToFloat(uvec3(r0.w, r1.xy)) - rayOrigin, q3 = uintBitsToFloat(r2.yzw) - rayOrigin;
+        const bool other = (rayBlock & 1u) != 0u;
+        const vec2 weights = weightsAt(q0, other ? q2 : q1, other ? q3 : q2, rayLimit * rayDirection);
+        identify(rayBlock, weights, hit.triangle, hit.barycentrics);
     }
     return hit;
 }

@@ -5,9 +5,8 @@
 
 // Upper hemisphere about z with density cos / pi per steradian.
 vec3 sampleCosineHemisphere(vec2 u) {
-    float r = sqrt(u.x);
-    float phi = 2.0 * kPi * u.y;
-    return vec3(r * cos(phi), r * sin(phi), safeSqrt(1.0 - u.x));
+    vec2 on = sqrt(u.x) * unitCircle(u.y);
+    return vec3(on.x, on.y, safeSqrt(1.0 - u.x));
 }
 
 // Weights of the second and third vertex of a point uniform on a triangle. Folds the square along its diagonal, which keeps

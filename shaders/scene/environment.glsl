@@ -39,6 +39,8 @@ float environmentDensity(EnvironmentInfo e, vec2 uv) {
     return e.probability * environmentCellDensity(e, cell.x, cell.y);
 }
 
+const float kHalfStep = 1.0 / 33554432.0; // of random numbers
+
 // Direction in world space with its map coordinates; density as above.
 vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) density) {
     const uint rows = e.height - 1;
@@ -47,8 +49,9 @@ vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) densi
     const uint base = rows + row * e.width;
     const uint column = searchEnvironmentCdf(base, e.width, u.x);
     const float c0 = environmentCdfBefore(base, column), c1 = environmentCdf(base + column);
-    const float fx = clamp((u.x - c0) / max(c1 - c0, 1e-20), 0.0, 1.0);
-    const float fy = clamp((u.y - m0) / max(m1 - m0, 1e-20), 0.0, 1.0);
+    // All are multiples of 2^-24: half a step more, so that the few numbers that lead to a dim cell spread evenly over it.
+    const float fx = clamp(((u.x - c0) + kHalfStep) / max(c1 - c0, 1e-20), 0.0, 1.0);
+    const float fy = clamp(((u.y - m0) + kHalfStep) / max(m1 - m0, 1e-20), 0.0, 1.0);
     const vec3 local = sampleEnvironmentCell(uvec2(column, row), e.width, e.height, vec2(fx, fy));
     uv = environmentUv(local);
     density = e.probability * (m1 - m0) * (c1 - c0) / environmentCellSolidAngle(row, e.width, e.height);

@@ -15,15 +15,14 @@ struct SurfacePoint {
 const uint kAttributeTexels = 2 + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
 
 SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
-    const vec3 v0 = triangleTexel(3 * triangle).xyz;
-    const vec3 e1 = triangleTexel(3 * triangle + 1).xyz;
-    const vec3 e2 = triangleTexel(3 * triangle + 2).xyz;
+    const vec4 t0 = triangleTexel(3 * triangle), t1 = triangleTexel(3 * triangle + 1), t2 = triangleTexel(3 * triangle + 2);
+    const vec3 v0 = t0.xyz, e1 = t1.xyz, e2 = t2.xyz;
     const float b1 = barycentrics.x, b2 = barycentrics.y, b0 = 1.0 - b1 - b2;
     SurfacePoint p;
     p.triangle = triangle;
     p.position = v0 + b1 * e1 + b2 * e2;
     p.magnitude = max(largestCoordinate(v0), max(largestCoordinate(v0 + e1), largestCoordinate(v0 + e2)));
-    p.faceNormal = normalize(cross(e1, e2));
+    p.faceNormal = vec3(t0.w, t1.w, t2.w);
     p.normal = p.faceNormal;
     p.uv0 = vec2(0);
     p.uv1 = vec2(0);
@@ -33,15 +32,15 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     p.material = indices.w;
     if (kVertexNormals || kTextures) {
         const uvec3 at = indices.xyz * kAttributeTexels;
-        const vec4 t0 = attributeTexel(at.x), t1 = attributeTexel(at.y), t2 = attributeTexel(at.z);
+        const vec4 a0 = attributeTexel(at.x), a1 = attributeTexel(at.y), a2 = attributeTexel(at.z);
         if (kVertexNormals) {
-            const vec3 n = b0 * t0.xyz + b1 * t1.xyz + b2 * t2.xyz;
+            const vec3 n = b0 * a0.xyz + b1 * a1.xyz + b2 * a2.xyz;
             const float length2 = dot(n, n);
             if (length2 > 1e-20) p.normal = n * inversesqrt(length2);
         }
         if (kTextures) {
             const vec4 s0 = attributeTexel(at.x + 1), s1 = attributeTexel(at.y + 1), s2 = attributeTexel(at.z + 1);
-            p.uv0 = vec2(b0 * t0.w + b1 * t1.w + b2 * t2.w, b0 * s0.x + b1 * s1.x + b2 * s2.x);
+            p.uv0 = vec2(b0 * a0.w + b1 * a1.w + b2 * a2.w, b0 * s0.x + b1 * s1.x + b2 * s2.x);
             if (kTexcoord1) p.uv1 = b0 * s0.yz + b1 * s1.yz + b2 * s2.yz;
         }
         if (kTangents) p.tangent = b0 * attributeTexel(at.x + 2) + b1 * attributeTexel(at.y + 2) + b2 * attributeTexel(at.z + 2);
@@ -77,11 +76,12 @@ mat3 tangentFrame(SurfacePoint p, bool useTexcoord1) {
         // glTF's v runs down the image while tangent space has y up, hence the bitangent along decreasing v.
         const float orientation = area < 0.0 ? -1.0 : 1.0;
         t = (e1 * d2.y - e2 * d1.y) * orientation;
+        t /= max(largestCoordinate(t), 1e-37); // edges and coordinates of any scale
         handedness = -orientation;
     }
     t -= p.normal * dot(p.normal, t);
     const float length2 = dot(t, t);
-    if (length2 < 1e-30) {
+    if (length2 < 1e-12) {
         vec3 x, y;
         orthonormalFrame(p.normal, x, y);
         return mat3(x, y, p.normal);

@@ -14,12 +14,12 @@ struct CellSums {
 layout(binding = kBindGuideLeafSums, scalar) buffer GuideLeaves { LeafSums leafSums[]; };
 layout(binding = kBindGuideCellSums, scalar) buffer GuideCells { CellSums cellSums[]; };
 
-// A record is a mean over the channels; one that does not fit is left out and counted.
+// A record is a mean over the channels; one that does not fit, or is no number, is left out and counted.
 #define ADD_RECORD(sum, value, scale) \
     { \
         const float mean_ = dot(value, vec3(1.0 / 3.0)); \
         uvec2 words_; \
-        if (mean_ > 0.0) { \
+        if (!(mean_ <= 0.0)) { \
             if (toFixedPoint(mean_ * scale.x, scale.y, words_) && words_.y < 0x00400000u) { \
                 uint before_; \
                 ADD_INTEGER(sum, words_, before_) \

@@ -3,7 +3,9 @@
 
 struct LightSample {
     vec3 direction; // unit, towards the light
-    float distance;
+    float distance; // infinite in effect where there is no target
+    bool hasTarget;
+    vec3 target; // where its shadow ray ends: just before the emitter
     vec3 radiance; // arriving unoccluded
     float density; // per solid angle, or the selection probability of a light without extent
     bool extended; // a drawn direction could have found it as well
@@ -26,6 +28,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
     LightSample s;
     s.direction = vec3(0, 0, 1);
     s.distance = 0.0;
+    s.hasTarget = false;
+    s.target = vec3(0);
     s.radiance = vec3(0);
     s.density = 0.0;
     s.extended = true;
@@ -42,13 +46,16 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             s.uv0 = p.uv0;
             s.uv1 = p.uv1;
         }
-        const vec3 e1 = triangleTexel(3 * head.y + 1).xyz, e2 = triangleTexel(3 * head.y + 2).xyz;
-        const vec3 point = triangleTexel(3 * head.y).xyz + b.x * e1 + b.y * e2;
+        const vec4 t0 = triangleTexel(3 * head.y), t1 = triangleTexel(3 * head.y + 1), t2 = triangleTexel(3 * head.y + 2);
+        const vec3 point = t0.xyz + b.x * t1.xyz + b.y * t2.xyz;
         const vec3 offset = point - position;
         const float distance2 = dot(offset, offset);
         s.distance = sqrt(distance2);
         s.direction = offset / max(s.distance, 1e-30);
-        const float cosLight = -dot(normalize(cross(e1, e2)), s.direction);
+        const float cosLight = -dot(vec3(t0.w, t1.w, t2.w), s.direction);
+        s.hasTarget = true;
+        const float magnitude = max(largestCoordinate(t0.xyz), max(largestCoordinate(t0.xyz + t1.xyz), largestCoordinate(t0.xyz + t2.xyz)));
+        s.target = offsetRayOrigin(point, vec3(t0.w, t1.w, t2.w), -s.direction, magnitude);
         s.material = triangleIndices(head.y).w;
         s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
         if (kAlphaMask && isCutOut(head.y, b)) s.density = 0.0; // a hole emits nothing
@@ -69,6 +76,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             const vec3 offset = where.xyz - position;
             s.distance = length(offset);
             s.direction = offset / max(s.distance, 1e-30);
+            s.hasTarget = true;
+            s.target = where.xyz - 1e-4 * offset; // it may sit on a surface
             float falloff = distanceFalloff(s.distance * s.distance, where.w);
             if (head.x == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, power.w);
             s.radiance = power.xyz * falloff;

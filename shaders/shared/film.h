@@ -4,14 +4,14 @@
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-// Compensated sum over the samples of a pixel, in sample order (Neumaier).
 // Samples of one pixel that one batch may hold: a loop over them must stay far from the 65 535 iterations after which some drivers stop.
 CMPG_CONST kMaxPixelSamples = 16384;
 
+// Sums over the samples of a pixel, in sample order (lib/film_sum.glsl): of the value, and in w of mean_rgb of (value / scale)^2.
 struct FilmPixel {
-    vec3 sum;
-    vec3 compensation;
-    float squares; // sum over the samples of mean_rgb of the value squared
+    vec4 sum, compensation; // of the samples since the last full block: their sum is that of both
+    vec4 total, rest; // of the blocks before, likewise
+    float scale; // a power of two, at most the largest component so far; 0: all were 0
 };
 
 CMPG_CONST kLayerDepths = 4; // components of a vec4

@@ -14,7 +14,7 @@ struct GpuGuideCell {
     uint root; // first quadtree node
     float reflected, derivative; // means of R and of the L1 norm of T, light sampling included
     uint unused;
-    vec3 total; // means of P, D+, D- over the sphere
+    vec3 total; // means of P, D+, D- over the sphere, as the quadrants': in a unit of the cell's own
     uint unused2;
 };
 CMPG_CONST kGuideCellTexels = 2;

@@ -88,14 +88,15 @@ struct DerivativeParts {
     vec3 plus, minus;
 };
 
-// Second moment of a path's contributions: those of this vertex, where they went, and the sum of squares of all further along.
+// Second moment of a path's contributions: those of this vertex, where they went, and the norm of all further along (not its square, which would
+// overflow at a radiance of 1e20).
 struct VertexMoment {
     vec3 own;
     float below;
     uint entry; // gradient entry most of it went to
 };
 
-// The same of a path: its first vertex's contributions, over all copies, and the sum of squares of all others.
+// The same of a path: its first vertex's contributions, over all copies, and the norm of all others.
 struct PathMoment {
     vec3 own;
     float below;

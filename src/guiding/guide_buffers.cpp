@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 namespace cmpg {
@@ -13,11 +14,18 @@ namespace {
 
 constexpr std::uint64_t kNodeBytes = gpu::kQuadNodeTexels * 16 + 4 * sizeof(gpu::GuideLeafSums);
 
-// The means of a mass, as floats that kernels may multiply without overflow; what is too small to matter is nothing.
-glm::vec3 mean(const GuideMass& m, double records) {
+// The inverse of a cell's typical mean, as a power of two: only ratios within a cell matter, and kernels compute with sizes about 1.
+double inverseUnit(const GuideCell& cell) {
+    const GuideMass m = cell.total();
+    const double typical = std::max(m.primal, m.plus + m.minus) / (cell.records > 0 ? cell.records : 1);
+    return typical > 0 ? std::ldexp(1.0, -std::ilogb(typical)) : 1;
+}
+
+// The means of a mass; what is too small to matter is nothing. `factor`: inverseUnit() over the records.
+glm::vec3 mean(const GuideMass& m, double factor) {
     const auto one = [&](double sum) {
-        const double v = records > 0 ? sum / records : 0;
-        return float(v > 1e-30 ? std::min(v, 1e30) : 0.0);
+        const double v = sum * factor;
+        return float(v > 1e-30 ? v : 0.0);
     };
     return {one(m.primal), one(m.plus), one(m.minus)};
 }
@@ -102,6 +110,7 @@ void GuideBuffers::publish(SdTree& tree) {
     for (std::size_t i = cells.size(); i < blocks_.size(); ++i)
         release(blocks_[i]);
     blocks_.resize(cells.size());
+    inverseUnits_.resize(cells.size(), 1.0);
     std::vector<bool> move(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
         move[i] = cells[i].nodes.size() > blocks_[i].size || std::bit_ceil(cells[i].nodes.size()) < blocks_[i].size;
@@ -138,13 +147,17 @@ void GuideBuffers::publish(SdTree& tree) {
             table[i].root = block.first;
             table[i].reflected = float(cell.reflected / n);
             table[i].derivative = float(cell.derivative / n);
-            table[i].total = mean(cell.total(), cell.records);
-            if (!cell.changed && !move[i])
+            const bool rewrite = cell.changed || move[i];
+            if (rewrite)
+                inverseUnits_[i] = inverseUnit(cell);
+            const double factor = inverseUnits_[i] / n;
+            table[i].total = mean(cell.total(), factor);
+            if (!rewrite)
                 continue;
             glm::uvec4* texel = &texels_[std::size_t(block.first) * gpu::kQuadNodeTexels];
             for (const QuadNode& node : cell.nodes)
                 for (int k = 0; k < 4; ++k) {
-                    const glm::uvec3 m = glm::floatBitsToUint(mean(node.mass[k], cell.records));
+                    const glm::uvec3 m = glm::floatBitsToUint(mean(node.mass[k], factor));
                     *texel++ = glm::uvec4(m, node.child[k] ? block.first + node.child[k] : 0u);
                 }
             written[i] = {block.first, std::uint32_t(cell.nodes.size())};

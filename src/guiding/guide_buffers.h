@@ -39,6 +39,7 @@ class GuideBuffers {
     std::uint32_t used_ = 0;     // nodes handed out so far, freed blocks included
     std::vector<std::vector<std::uint32_t>> free_; // first nodes of free blocks, by log2 of their size
     std::vector<Block> blocks_;                    // by cell
+    std::vector<double> inverseUnits_;             // of the published means, likewise
     std::vector<glm::uvec4> texels_;               // what nodes_ holds
     std::vector<gpu::GuideLeafSums> sums_;         // room to read records back into
     Buffer spatial_, cells_, nodes_, leafSums_, cellSums_;

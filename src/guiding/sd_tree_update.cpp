@@ -30,7 +30,7 @@ void scale(GuideCell& cell, double factor) {
 }
 
 void add(GuideCell& cell, const CellRecords& records) {
-    const Clean clean{1e20 * double(records.count)};
+    const Clean clean{1e24 * double(records.count)};
     for (std::size_t i = 0; i < cell.nodes.size(); ++i)
         for (std::uint32_t q = 0; q < 4; ++q)
             cell.nodes[i].mass[q] += clean(records.leaves[i][q]); // inner quadrants are summed anew

@@ -16,6 +16,12 @@ constexpr std::size_t kChunk = 1 << 15; // texels
 // through them.
 constexpr float kTiny = 1e-30f;
 
+// What has no bound of its own, emission, stays below this: light must leave room for sums of products.
+constexpr float kLargest = 1e30f;
+
+// A rate in the range of float, so that none times a moment of 0 is no number.
+float finite(double rate) { return float(std::min(rate, double(std::numeric_limits<float>::max()))); }
+
 // One entry's state in and out; the result is what is subtracted from its value.
 struct AdamStep {
     float beta1, beta2, epsilon, rate, correction; // rate: with the first moment's bias correction; correction: of sqrt(v)
@@ -51,7 +57,7 @@ void normalise(float* n) {
 
 template <class Step>
 std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments& moments, Parameter& parameter) {
-    const float lowest = parameter.lowest(), highest = parameter.highest();
+    const float lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargest);
     const std::size_t channels = parameter.channels;
     const bool unit = parameter.kind == SlotKind::Normal && channels == 3;
     float* values = parameter.values.data();
@@ -64,8 +70,9 @@ std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments&
             // Also refuses gradients whose square overflows: they would freeze the entry for good.
             const bool good = g * g <= std::numeric_limits<float>::max();
             float m = first[i], v = second[i];
-            const float moved = std::clamp(values[i] - step(good ? g : 0.f, m, v), lowest, highest);
-            values[i] = good ? moved : values[i];
+            const float change = step(good ? g : 0.f, m, v);
+            const float moved = std::clamp(values[i] - change, lowest, highest);
+            values[i] = good && change == change ? moved : values[i]; // 0 / 0: nothing to follow
             second[i] = good ? v : second[i];
             first[i] = good ? m : first[i];
             skipped += !good;
@@ -124,11 +131,11 @@ std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step,
     const double rate = slotRate(config, parameter.kind) * factor * moments.unit;
     if (config.kind == OptimizerKind::Sgd) {
         const double texels = double(parameter.width) * parameter.height;
-        return apply(SgdStep{config.momentum, float(rate * texels)}, gradient, moments, parameter);
+        return apply(SgdStep{config.momentum, finite(rate * texels)}, gradient, moments, parameter);
     }
     const double t = step + 1.0;
     const double first = 1 - std::pow(double(config.beta1), t), second = 1 - std::pow(double(config.beta2), t);
-    return apply(AdamStep{config.beta1, config.beta2, config.epsilon, float(rate / first), float(1 / std::sqrt(second))}, gradient, moments,
+    return apply(AdamStep{config.beta1, config.beta2, config.epsilon, finite(rate / first), float(1 / std::sqrt(second))}, gradient, moments,
                  parameter);
 }
 

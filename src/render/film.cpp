@@ -42,8 +42,12 @@ Layers Film::layers() const {
     return result;
 }
 
-glm::dvec3 meanOf(const gpu::FilmPixel& p, std::uint32_t samples) {
-    return (glm::dvec3(p.sum) + glm::dvec3(p.compensation)) / double(samples);
+glm::dvec4 filmSums(const gpu::FilmPixel& p) {
+    glm::dvec4 sums = (glm::dvec4(p.total) + glm::dvec4(p.rest)) + (glm::dvec4(p.sum) + glm::dvec4(p.compensation));
+    sums.w *= double(p.scale) * double(p.scale);
+    return sums;
 }
+
+glm::dvec3 meanOf(const gpu::FilmPixel& p, std::uint32_t samples) { return glm::dvec3(filmSums(p)) / double(samples); }
 
 } // namespace cmpg

@@ -36,6 +36,8 @@ struct Film {
     Layers layers() const;
 };
 
+// Sums over a pixel's samples of the value, and in w of mean_rgb of the value squared.
+glm::dvec4 filmSums(const gpu::FilmPixel& pixel);
 glm::dvec3 meanOf(const gpu::FilmPixel& pixel, std::uint32_t samples);
 
 } // namespace cmpg

@@ -18,7 +18,7 @@ class MomentSum {
             closePixel();
             pixel_ = pixel;
         }
-        below_ += double(m.below);
+        below_ += double(m.below) * double(m.below);
         reference_ += double(m.reference);
         ++samples_;
         const glm::dvec3 own(m.own);

@@ -352,10 +352,10 @@ struct Renderer::Impl {
         if (layers)
             *layers = Layers(view.width, view.height, spp, layerDepths());
         run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
-            const glm::dvec3 mean = meanOf(p, spp);
+            const glm::dvec4 means = filmSums(p) / double(spp);
             for (int c = 0; c < 3; ++c)
-                result.values[3 * pixel + c] = float(mean[c]);
-            variance += std::max(0.0, double(p.squares) / double(spp) - glm::dot(mean, mean) / 3) / double(std::max(1u, spp - 1));
+                result.values[3 * pixel + c] = float(means[c]);
+            variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, spp - 1));
             if (layers)
                 layers->set(pixel, l);
         });
@@ -424,7 +424,8 @@ struct Renderer::Impl {
         in.spp = 1;
         double sum = 0;
         run(mode, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
-            sum += (std::abs(double(p.sum.x)) + std::abs(double(p.sum.y)) + std::abs(double(p.sum.z))) / 3;
+            const glm::dvec3 value(filmSums(p));
+            sum += (std::abs(value.x) + std::abs(value.y) + std::abs(value.z)) / 3;
         });
         const double mean = sum / (double(kPilotSize) * kPilotSize);
         return mean > 0 ? mean : 1.0;

@@ -21,6 +21,13 @@ std::uint32_t texelsOf(const Parameter& p) {
     return std::uint32_t(p.channels == 1 ? (n + 3) / 4 : n);
 }
 
+// In double: of a needle's nearly parallel edges float leaves no more than a hint of the direction, and of very small ones nothing.
+glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2) {
+    const glm::dvec3 across = glm::cross(v1 - v0, v2 - v0);
+    const double length = glm::length(across);
+    return length > 0 ? glm::vec3(across / length) : glm::vec3(0, 0, 1);
+}
+
 } // namespace
 
 bool SceneBuffers::isLookedUp(std::uint32_t parameter) const {
@@ -61,10 +68,11 @@ void SceneBuffers::uploadGeometry(Device& device) {
     std::vector<glm::uvec4> indices(std::max<std::size_t>(1, count), glm::uvec4(0));
     for (std::size_t i = 0; i < count; ++i) {
         const Triangle& t = g.triangles[bvh_.order[i]];
-        const glm::vec3 v0 = g.positions[t.vertices[0]];
-        corners[3 * i] = glm::vec4(v0, 0);
-        corners[3 * i + 1] = glm::vec4(g.positions[t.vertices[1]] - v0, 0);
-        corners[3 * i + 2] = glm::vec4(g.positions[t.vertices[2]] - v0, 0);
+        const glm::vec3 v0 = g.positions[t.vertices[0]], v1 = g.positions[t.vertices[1]], v2 = g.positions[t.vertices[2]];
+        const glm::vec3 normal = faceNormal(v0, v1, v2);
+        corners[3 * i] = glm::vec4(v0, normal.x);
+        corners[3 * i + 1] = glm::vec4(v1 - v0, normal.y);
+        corners[3 * i + 2] = glm::vec4(v2 - v0, normal.z);
         indices[i] = {t.vertices[0], t.vertices[1], t.vertices[2], t.material};
     }
     triangles_ = Buffer(device, "triangles", corners.size() * 16, MemoryKind::Scene, Texel::Rgba32f);

@@ -35,6 +35,30 @@ double area(const Geometry& g, const Triangle& t) {
     return 0.5 * glm::length(glm::cross(b - a, c - a));
 }
 
+// Cumulative distribution in steps of 2^-24, those of the kernels' random numbers: inversion then draws with exactly the probability
+// that the entries' differences say. What has a weight gets a step at least, as long as there are enough.
+template <class Weight, class Store> void cumulate(std::size_t count, const Weight& weight, const Store& store) {
+    constexpr double kSteps = 0x1p24;
+    double total = 0;
+    std::size_t positive = 0, last = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!(weight(i) > 0))
+            continue;
+        total += weight(i);
+        ++positive;
+        last = i;
+    }
+    const double least = double(positive) <= kSteps / 2 ? 1 : 0;
+    double running = 0, steps = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (weight(i) > 0) {
+            running += weight(i) / total;
+            steps += least;
+        }
+        store(i, i >= last ? 1.0f : float((std::round((kSteps - least * double(positive)) * std::min(running, 1.0)) + steps) / kSteps));
+    }
+}
+
 // Cells lie between neighbouring texel centres: column i between texels i and i+1 (wrapping), row j between rows j and j+1, whose
 // polar angles are exactly pi j / (H-1). Weight = mean of the four corners times the solid angle. Returns the total.
 double environmentTables(const Parameter& p, std::vector<float>& cdf) {
@@ -56,17 +80,9 @@ double environmentTables(const Parameter& p, std::vector<float>& cdf) {
     cdf.assign(rows + rows * w, 1.0f);
     if (total <= 0)
         return 0;
-    double marginal = 0;
-    for (std::size_t y = 0; y < rows; ++y) {
-        marginal += rowSums[y];
-        cdf[y] = y + 1 == rows ? 1.0f : float(marginal / total);
-        double conditional = 0;
-        for (std::size_t x = 0; x < w; ++x) {
-            conditional += weights[y * w + x];
-            const bool last = x + 1 == w;
-            cdf[rows + y * w + x] = last ? 1.0f : rowSums[y] > 0 ? float(conditional / rowSums[y]) : float(double(x + 1) / double(w));
-        }
-    }
+    cumulate(rows, [&](std::size_t y) { return rowSums[y]; }, [&](std::size_t y, float c) { cdf[y] = c; });
+    for (std::size_t y = 0; y < rows; ++y) // a dark row is never drawn
+        cumulate(w, [&](std::size_t x) { return weights[y * w + x]; }, [&](std::size_t x, float c) { cdf[rows + y * w + x] = c; });
     return total;
 }
 
@@ -149,16 +165,10 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         }
     }
 
-    double sum = 0;
-    for (const double p : powers)
-        sum += p;
-    double running = 0;
-    for (std::size_t i = 0; i < powers.size(); ++i) {
-        running += powers[i];
-        result.lights[i].cumulative = i + 1 == powers.size() ? 1.0f : float(running / sum);
-        // The difference of the rounded sums is what inversion really samples.
-        result.lights[i].probability = result.lights[i].cumulative - (i > 0 ? result.lights[i - 1].cumulative : 0.0f);
-    }
+    cumulate(powers.size(), [&](std::size_t i) { return powers[i]; }, [&](std::size_t i, float c) {
+        result.lights[i].cumulative = c;
+        result.lights[i].probability = c - (i > 0 ? result.lights[i - 1].cumulative : 0.0f);
+    });
     if (!result.lights.empty() && result.lights.back().kind == gpu::kLightEnvironment)
         result.environmentProbability = result.lights.back().probability;
     if (!emissive.empty()) {

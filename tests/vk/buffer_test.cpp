@@ -1,6 +1,6 @@
 // Buffers: transfers, copies, fills, accounting, failures.
 #include "base/error.h"
-#include "kernels.h"
+#include "devices.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Device choice, validation, and facts about drivers that the kernels are designed around.
 #include "base/error.h"
-#include "kernels.h"
+#include "devices.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Kernels: bindings, folded and indirect dispatch, atomics, specialization, timestamps.
 #include "base/error.h"
 #include "base/stopwatch.h"
-#include "kernels.h"
+#include "devices.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,9 @@
 // The shader library as the device runs it, against the same source compiled as C++.
-#include "kernels.h"
+#include "devices.h"
 
 #include "lib/evaluate.h"
 #include "lib/shader_double.h"
+#include "support/evaluate_device.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,25 +14,6 @@ namespace cmpg::test {
 namespace {
 
 using Library = shader_double::ShaderLibrary;
-
-template <class Result, class Query> std::vector<Result> evaluate(Device& device, const char* name, const std::vector<Query>& queries) {
-    Buffer input(device, "queries", queries.size() * sizeof(Query), MemoryKind::Transient);
-    Buffer output(device, "results", queries.size() * sizeof(Result), MemoryKind::Transient);
-    input.uploadAll(queries);
-    const Kernel kernel(device, name);
-    Bindings bindings;
-    bindings.set(0, input).set(1, output);
-    Commands commands(device);
-    commands.dispatch(kernel, bindings, queries.size(), std::uint32_t(queries.size()));
-    commands.submitAndWait();
-    return output.downloadAll<Result>(queries.size());
-}
-
-struct BsdfResult { // as in evaluate_bsdf.comp
-    glm::vec3 value, valueWithDerivatives;
-    float pdf;
-    glm::vec3 baseColor, roughness, metallic, specular, normalX, normalY, normalZ;
-};
 
 // Largest |a - b| / scale over the channels; where the scale is 0 both must be 0.
 double relative(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& scale) {
@@ -56,7 +38,7 @@ void compareBsdf(Device& device, double minCosine, double tolerance, double norm
     std::vector<Query> queries(100'000);
     for (Query& q : queries)
         q = generate();
-    const auto results = evaluate<BsdfResult>(device, "evaluate_bsdf", queries);
+    const auto results = evaluateOn<BsdfResult>(device, "evaluate_bsdf", queries);
     int lit = 0;
     double worst = 0, worstPdf = 0, worstNormal = 0;
     for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -72,8 +54,7 @@ void compareBsdf(Device& device, double minCosine, double tolerance, double norm
                           relative(f.roughness, d.roughness, d.value * (4.0 * q.roughness / alpha)), relative(f.specular, d.specular, specular)});
         worstPdf = std::max(worstPdf, relative(glm::dvec3(f.pdf), glm::dvec3(d.pdf), glm::dvec3(d.pdf)));
         for (int c = 0; c < 3; ++c) {
-            const glm::dvec3 ours(f.normalX[c], f.normalY[c], f.normalZ[c]);
-            const double error = glm::length(ours - d.normal[c]), scale = glm::length(d.normal[c]);
+            const double error = glm::length(f.normal()[c] - d.normal[c]), scale = glm::length(d.normal[c]);
             if (error > 0)
                 worstNormal = std::max(worstNormal, error / scale);
         }
@@ -143,7 +124,7 @@ class Lookups : public testing::Test {
             queries[i].number = extremes[i];
             queries[i].scale = 1;
         }
-        results = evaluate<LookupResult>(device(), "evaluate_lookups", queries);
+        results = evaluateOn<LookupResult>(device(), "evaluate_lookups", queries);
     }
 };
 

@@ -1,16 +1,11 @@
-// The table of test kernels; the build generates spirv_table.inc.
-#include "kernels.h"
-
-#include "vk/spirv.h"
-
-#include "spirv_table.inc"
+// The devices the tests share.
+#include "devices.h"
 
 namespace cmpg::test {
-
 namespace {
-[[maybe_unused]] const bool registered = (addKernels(kEmbeddedKernels), true);
 
 Device create(bool portable) { return Device({.select = {}, .validation = false, .portable = portable}); }
+
 } // namespace
 
 Device& device() {

@@ -1,4 +1,4 @@
-// Devices for the tests to share. Linking this makes the kernels of tests/shaders known.
+// Devices for the tests to share.
 #pragma once
 
 #include "vk/device.h"
