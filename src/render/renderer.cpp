@@ -5,6 +5,7 @@
 #include "render/batch_size.h"
 #include "render/guide.h"
 #include "render/moment_sum.h"
+#include "render/pass_batches.h"
 #include "render/wavefront.h"
 
 #include <algorithm>
@@ -23,43 +24,6 @@ constexpr std::uint32_t kPilotSize = 32;  // edge of the pilot image that fixes 
 constexpr double kGradientBits = 48;      // gradient unit = 2^-48 of the pass's expected sum of magnitudes; 2^14 of headroom above it
 constexpr double kCoarsening = 0x1p16;    // of the units when the headroom was too little, and the pass is run again
 constexpr int kCoarsenings = 3;           // at most: what is larger still has overflowed as a float
-
-struct PassInput {
-    View view;
-    PassKey key;
-    std::uint32_t width = 0, height = 0; // of the pixel grid, normally the view's
-    std::uint32_t spp = 0;
-    std::span<const std::uint32_t> perPixel;
-    const Image* adjoint = nullptr;
-    std::span<const float> weights;
-    glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
-    PassSampling sampling;
-    const Film* film = nullptr; // whose sums the pass continues
-
-    std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
-};
-
-PassInput passInput(const View& view, const PassKey& key, std::uint32_t spp) {
-    PassInput in;
-    in.view = view;
-    in.key = key;
-    in.width = std::uint32_t(view.width);
-    in.height = std::uint32_t(view.height);
-    in.spp = spp;
-    return in;
-}
-
-void placeCamera(gpu::Batch& b, const View& view) {
-    const Camera& c = *view.camera;
-    const float aspect = float(view.width) / float(view.height);
-    const float halfHeight = c.orthographic ? c.ymag : std::tan(0.5f * c.yfov);
-    const glm::mat3 axes(c.toWorld);
-    b.cameraOrigin = glm::vec3(c.toWorld[3]);
-    b.cameraRight = glm::normalize(axes[0]) * halfHeight * aspect;
-    b.cameraUp = glm::normalize(axes[1]) * halfHeight;
-    b.cameraForward = -glm::normalize(axes[2]);
-    b.orthographic = c.orthographic;
-}
 
 // Decoding 8-bit texels at every look-up costs more than reading floats; only large textures nobody changes stay packed.
 constexpr std::size_t kPackedTexels = std::size_t(1) << 20;
@@ -152,50 +116,6 @@ struct Renderer::Impl {
 
     const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
 
-    // A batch of at most `most` paths from sample `done` of `pixel` on; both move on to what comes next.
-    gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t& pixel, std::uint32_t& done, std::vector<std::uint32_t>& offsets) const {
-        const std::size_t pixels = std::size_t(in.width) * in.height;
-        gpu::Batch batch{};
-        batch.seed = {std::uint32_t(in.key.seed), std::uint32_t(in.key.seed >> 32)};
-        batch.step = in.key.step;
-        batch.pass = in.key.pass;
-        batch.firstPixel = std::uint32_t(pixel);
-        batch.firstSample = done;
-        batch.earlierSamples = in.film ? in.film->samples : 0;
-        batch.width = in.width;
-        batch.height = in.height;
-        batch.surfaceScale = in.surfaceScale;
-        batch.normalScale = in.normalScale;
-        batch.emissionScale = in.emissionScale;
-        placeCamera(batch, in.view);
-        offsets.clear();
-        bool split = false; // the last pixel goes on in the next batch
-        while (pixel < pixels && !split && batch.paths < most && offsets.size() < most) {
-            const std::uint32_t left = in.samples(pixel) - done;
-            const std::uint32_t take = std::min({left, most - batch.paths, gpu::kMaxPixelSamples});
-            offsets.push_back(batch.paths);
-            batch.paths += take;
-            split = take < left;
-            done = split ? done + take : 0;
-            pixel += split ? 0 : 1;
-        }
-        batch.pixels = std::uint32_t(offsets.size());
-        offsets.push_back(batch.paths);
-        return batch;
-    }
-
-    void uploadAdjoint(const PassInput& in, const gpu::Batch& batch) {
-        std::vector<glm::vec3> adjoint(batch.pixels, glm::vec3(0));
-        if (in.adjoint)
-            for (std::size_t i = 0; i < adjoint.size(); ++i) {
-                const std::size_t p = batch.firstPixel + i;
-                const float weight = in.weights.empty() ? 1.0f / float(in.spp) : in.weights[p];
-                const float* a = &in.adjoint->values[3 * p];
-                adjoint[i] = glm::vec3(a[0], a[1], a[2]) * weight;
-            }
-        pools->adjoint.uploadAll(adjoint);
-    }
-
     // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
@@ -217,16 +137,14 @@ struct Renderer::Impl {
         std::vector<gpu::LayerSample> layerTile;
         gpu::FilmPixel carry{};
         gpu::LayerSample layerCarry{};
-        std::size_t pixel = 0;
-        std::uint32_t done = 0; // samples of `pixel` that earlier batches took
+        BatchStart next;
         measure = {};
         MomentSum moments;
-        while (pixel < pixels) {
-            const std::size_t startPixel = pixel;
-            const std::uint32_t startSample = done;
+        while (next.pixel < pixels) {
+            const BatchStart start = next;
             const bool bounded = interaction.submissionSeconds > 0;
-            const gpu::Batch batch = nextBatch(in, bounded ? std::min(most, k.batchSize.paths()) : most, pixel, done, offsets);
-            const bool split = done > 0;
+            const gpu::Batch batch = nextBatch(in, bounded ? std::min(most, k.batchSize.paths()) : most, next, offsets);
+            const bool split = next.sample > 0;
             pools->batch.upload(std::as_bytes(std::span(&batch, 1)));
             pools->pixelOffsets.uploadAll(offsets);
             std::vector<gpu::QueueCounts> counts(config.maxDepth + 1);
@@ -244,12 +162,11 @@ struct Renderer::Impl {
                 }
             }
             if (mode == kModeReverse)
-                uploadAdjoint(in, batch);
+                pools->adjoint.uploadAll(adjointTile(in, batch));
             submit(commands, batch.paths, k.batchSize);
             counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
             if (counts[0].overflow) {
-                pixel = startPixel;
-                done = startSample;
+                next = start;
                 most = std::max(1u, batch.paths / 2);
                 continue;
             }
@@ -288,17 +205,6 @@ struct Renderer::Impl {
         const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
         if (interaction.submissionSeconds > 0)
             batchSize.observe(paths, taken.count(), interaction.submissionSeconds);
-    }
-
-    // What a batch adds to: sums of earlier passes, and of an earlier batch where it begins within a pixel.
-    template <class Sums>
-    static void beginTile(std::vector<Sums>& tile, const gpu::Batch& batch, const std::vector<Sums>* film, const Sums& carry) {
-        if (film)
-            tile.assign(film->begin() + batch.firstPixel, film->begin() + batch.firstPixel + batch.pixels);
-        else
-            tile.assign(batch.pixels, {});
-        if (batch.firstSample > 0)
-            tile[0] = carry;
     }
 
     // Paths of the next batch, from how many vertices the last one's made at their fullest bounce.
