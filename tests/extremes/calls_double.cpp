@@ -3,44 +3,21 @@
 
 #include "calls.h"
 
-cmpg::test::Numbers cmpg::test::callDouble(Function function, const std::vector<float>& arguments) {
-    using shader_double::ShaderLibrary;
-    using Real = double;
-    using Vec2 = glm::dvec2;
-    using Vec3 = glm::dvec3;
+namespace cmpg::test {
+namespace {
+using shader_double::ShaderLibrary;
+using Real = double;
+using Vec2 = glm::dvec2;
+using Vec3 = glm::dvec3;
 #include "calls.inc"
+} // namespace
+
+Numbers callDouble(Function function, const std::vector<float>& arguments) { return call(function, arguments); }
+
+GuideDraw followDouble(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& at) {
+    return walk(table, cell, mixture, false, at);
 }
 
-cmpg::test::GuideDraw cmpg::test::followDouble(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& u) {
-    shader_double::ShaderLibrary library;
-    library.guideSpatial = table.spatial;
-    library.guideMasses.assign(table.masses.begin(), table.masses.end());
-    library.guideChildren = table.children;
-    const glm::dvec3 total(table.cells[cell].total);
-    const glm::dvec3 weights = library.guideWeights(mixture.kind, total, mixture.light, mixture.derivative, mixture.sign);
-    const auto score = glm::dot(weights, total);
-    GuideDraw draw{weights, double(score), {}, 0, 0, 0};
-    if (!(score > library.kMinGuideScore)) return draw;
-    const std::uint32_t root = table.cells[cell].root;
-    const auto walk = library.guideWalk(root, weights, score, false, glm::dvec2(u));
-    draw.point = walk.point;
-    draw.density = double(walk.density);
-    draw.leaf = walk.leaf;
-    draw.again = double(library.guideDensity(root, weights, score, walk.point));
-    return draw;
-}
+Drawn sampleDouble(const Query& query, const std::array<float, 3>& u) { return sample(query, u); }
 
-cmpg::test::Drawn cmpg::test::sampleDouble(const Query& q, const std::array<float, 3>& u) {
-    shader_double::ShaderLibrary library;
-    using Vec3 = glm::dvec3;
-    const shader_double::ShaderLibrary::Surface surface{Vec3(q.baseColor), q.roughness, q.metallic, q.specular, Vec3(q.specularColor), q.ior};
-    const Vec3 n(q.normal), wo(q.wo);
-    Vec3 wi;
-    Drawn drawn{library.sampleBsdf(surface, n, wo, Vec3(u[0], u[1], u[2]), wi), glm::vec3(0), 0, glm::dvec3(0)};
-    drawn.wi = glm::vec3(wi);
-    if (!drawn.any) return drawn;
-    const auto density = library.bsdfPdf(surface, n, wo, wi);
-    drawn.density = double(density);
-    drawn.weight = library.bsdfCos(surface, n, wo, wi) / density;
-    return drawn;
-}
+} // namespace cmpg::test
