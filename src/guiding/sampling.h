@@ -14,4 +14,7 @@ enum class Sampling {
     Auto,         // the best of Bsdf, Primal and Conditional, by variance times cost
 };
 
+// Of directions, drawn from the guide where it knows something and the material is not too smooth; more compounds the weights of long paths.
+constexpr float kGuideShare = 0.5f;
+
 } // namespace cmpg

@@ -56,7 +56,6 @@ LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdT
     pick.guide = cell;
     pick.weights = mixtureOfCameraPath(sampling, mean);
     const double light = pick.weights[0] * mean.primal, all = light + pick.weights[1] * mean.plus + pick.weights[2] * mean.minus;
-    constexpr double kGuideShare = 0.5; // as in src/render/guide.cpp
     pick.lightShare = all > 0 ? light / all : 0;
     pick.guideShare = all > 0 ? kGuideShare : 0;
     pick.maps = {map(*cell, {1, 0, 0}), map(*cell, {0, 1, 0}), map(*cell, {0, 0, 1}), map(*cell, pick.weights)};

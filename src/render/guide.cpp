@@ -12,7 +12,6 @@ constexpr double kRecordBits = 24; // records have units of 2^-24 of a typical o
 // A path whose expected contribution is this share of the average one goes on once. Below 1 there are more copies than deaths: what
 // follows a split is cheaper than a path from the camera (measured on two scenes: 1.4 and 1.6 times the efficiency of 1).
 constexpr double kRouletteEffort = 0.3;
-constexpr float kGuideShare = 0.5f; // of directions drawn from the guide; more compounds the weights of long paths
 
 SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
     glm::vec3 lower(std::numeric_limits<float>::max()), upper(-lower);
