@@ -28,7 +28,7 @@ std::size_t SamplingChoice::indexOf(const SamplingWay& way) const {
 }
 
 double SamplingChoice::score(std::size_t way) const {
-    const SamplingFigures& f = figures_[way];
+    const SamplingFigures& f = state_.figures[way];
     if (f.passes == 0)
         return std::numeric_limits<double>::infinity();
     return f.variance * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
@@ -57,19 +57,19 @@ void SamplingChoice::observe(const SamplingWay& way, double variance, double ray
     const std::size_t i = indexOf(way);
     if (i == ways_.size())
         return;
-    const SamplingFigures before = figures_[i];
-    figures_[i].add(variance, raysPerPath);
-    const bool inARow = std::exchange(last_, i) == i;
+    const SamplingFigures before = state_.figures[i];
+    state_.figures[i].add(variance, raysPerPath);
+    const bool inARow = std::exchange(state_.last, i) == i;
     if (!drifting || !inARow || !(before.variance > 0))
         return;
-    for (std::size_t other = 0; other < figures_.size(); ++other)
+    for (std::size_t other = 0; other < state_.figures.size(); ++other)
         if (other != i)
-            figures_[other].variance *= figures_[i].variance / before.variance;
+            state_.figures[other].variance *= state_.figures[i].variance / before.variance;
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
-        figures_[i] = figures;
+        state_.figures[i] = figures;
 }
 
 } // namespace cmpg

@@ -4,6 +4,7 @@
 #include "guiding/sampling.h"
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace cmpg {
@@ -26,7 +27,7 @@ struct SamplingFigures {
 // Chooses by variance x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
-    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), figures_(ways_.size()) {}
+    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{.figures = std::vector<SamplingFigures>(ways_.size())} {}
 
     // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
     // not far behind, since the guide changes.
@@ -37,8 +38,15 @@ class SamplingChoice {
     void observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting = false);
 
     const std::vector<SamplingWay>& ways() const { return ways_; }
-    const SamplingFigures& figures(std::size_t way) const { return figures_[way]; }
+    const SamplingFigures& figures(std::size_t way) const { return state_.figures[way]; }
     void setFigures(const SamplingWay& way, const SamplingFigures& figures);
+    // All that next() and observe() go by beside the ways.
+    struct State {
+        std::vector<SamplingFigures> figures;
+        std::size_t last = ~std::size_t(0); // way observed last
+    };
+    const State& state() const { return state_; }
+    void restore(State state) { state_ = std::move(state); } // of as many ways
     // Variance times cost; infinite where nothing was measured.
     double score(std::size_t way) const;
 
@@ -46,8 +54,7 @@ class SamplingChoice {
     std::size_t indexOf(const SamplingWay& way) const; // ways_.size(): none
 
     std::vector<SamplingWay> ways_;
-    std::vector<SamplingFigures> figures_;
-    std::size_t last_ = ~std::size_t(0); // way observed last
+    State state_;
 };
 
 } // namespace cmpg
