@@ -27,8 +27,22 @@ std::size_t SamplingChoice::indexOf(const SamplingWay& way) const {
     return std::size_t(std::find(ways_.begin(), ways_.end(), way) - ways_.begin());
 }
 
+bool SamplingChoice::differencesTell() const {
+    for (std::size_t i = 0; i < ways_.size(); ++i)
+        if (!ways_[i].roulette && !differences_[i].variance())
+            return false;
+    return true;
+}
+
+SamplingFigures SamplingChoice::figures(std::size_t way) const {
+    SamplingFigures f = state_.figures[way];
+    if (!ways_[way].roulette && differencesTell())
+        f.variance = *differences_[way].variance() * unit_;
+    return f;
+}
+
 double SamplingChoice::score(std::size_t way) const {
-    const SamplingFigures& f = state_.figures[way];
+    const SamplingFigures f = figures(way);
     if (f.passes == 0)
         return std::numeric_limits<double>::infinity();
     return f.variance * f.rays * (ways_[way].kind == Sampling::Bsdf ? 1 : kGuidedRay);
@@ -40,6 +54,14 @@ SamplingWay SamplingChoice::best() const {
         if (score(i) < score(best))
             best = i;
     return ways_[best];
+}
+
+Sampling SamplingChoice::bestKind() const {
+    std::size_t best = 0; // the first ways have no roulette
+    for (std::size_t i = 1; i < ways_.size(); ++i)
+        if (!ways_[i].roulette && score(i) < score(best))
+            best = i;
+    return ways_[best].kind;
 }
 
 SamplingWay SamplingChoice::next(std::uint32_t pass) const {
@@ -59,6 +81,8 @@ void SamplingChoice::observe(const SamplingWay& way, double variance, double ray
         return;
     const SamplingFigures before = state_.figures[i];
     state_.figures[i].add(variance, raysPerPath);
+    if (drifting)
+        differences_.assign(ways_.size(), {}); // passes differ by more than their noise
     const bool inARow = std::exchange(state_.last, i) == i;
     if (!drifting || !inARow || !(before.variance > 0))
         return;
@@ -67,9 +91,26 @@ void SamplingChoice::observe(const SamplingWay& way, double variance, double ray
             state_.figures[other].variance *= state_.figures[i].variance / before.variance;
 }
 
+void SamplingChoice::observeResult(const SamplingWay& way, std::span<const double> result, double unit) {
+    const std::size_t i = indexOf(way);
+    if (i == ways_.size())
+        return;
+    differences_[i].add(result);
+    unit_ = unit;
+}
+
+void SamplingChoice::observeRoulette(Sampling kind, double varianceRatio, double raysRatio) {
+    const std::size_t plain = indexOf({kind, false}), i = indexOf({kind, true});
+    if (plain == ways_.size() || i == ways_.size())
+        return;
+    const SamplingFigures f = figures(plain);
+    state_.figures[i] = {f.variance * varianceRatio, f.rays * raysRatio, f.passes};
+}
+
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
         state_.figures[i] = figures;
+    differences_.assign(ways_.size(), {});
 }
 
 } // namespace cmpg

@@ -1,9 +1,11 @@
 // Which way of sampling to use: variance times cost of each, measured on passes that ran anyway.
 #pragma once
 
+#include "guiding/pass_differences.h"
 #include "guiding/sampling.h"
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -27,34 +29,47 @@ struct SamplingFigures {
 // Chooses by variance x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
-    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{.figures = std::vector<SamplingFigures>(ways_.size())} {}
+    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{.figures = std::vector<SamplingFigures>(ways_.size())}, differences_(ways_.size()) {}
 
     // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
     // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
-    SamplingWay best() const; // of those that were measured; the first where none was
+    SamplingWay best() const;  // of those that were measured; the first where none was
+    Sampling bestKind() const; // of the ways without roulette
     // `drifting`: what is estimated changes from pass to pass, as the adjoint of an optimisation does. A change of the figures between two
     // passes in a row of one way then counts for all: otherwise ways measured long ago could never catch up.
     void observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting = false);
+    // The result of a pass that was observed too; what is estimated, and with how many samples, must be that of the earlier ones. `unit`: of
+    // variance(), for a variance summed over the result's entries. Where passes of every way without roulette can be told apart by it, the
+    // figures hold the variance from differences in place of the one observed.
+    void observeResult(const SamplingWay& way, std::span<const double> result, double unit);
+    // The way of a kind with roulette, by ratios to the one without.
+    void observeRoulette(Sampling kind, double varianceRatio, double raysRatio);
 
     const std::vector<SamplingWay>& ways() const { return ways_; }
-    const SamplingFigures& figures(std::size_t way) const { return state_.figures[way]; }
+    SamplingFigures figures(std::size_t way) const;
     void setFigures(const SamplingWay& way, const SamplingFigures& figures);
-    // All that next() and observe() go by beside the ways.
+    // All that next() and observe() go by in an optimisation, beside the ways: no results are observed there.
     struct State {
         std::vector<SamplingFigures> figures;
         std::size_t last = ~std::size_t(0); // way observed last
     };
     const State& state() const { return state_; }
-    void restore(State state) { state_ = std::move(state); } // of as many ways
+    void restore(State state) { // of as many ways
+        state_ = std::move(state);
+        differences_.assign(ways_.size(), {});
+    }
     // Variance times cost; infinite where nothing was measured.
     double score(std::size_t way) const;
 
   private:
     std::size_t indexOf(const SamplingWay& way) const; // ways_.size(): none
+    bool differencesTell() const;                      // the variance of every way without roulette
 
     std::vector<SamplingWay> ways_;
-    State state_;
+    State state_; // variances from moments
+    std::vector<PassDifferences> differences_;
+    double unit_ = 1; // of their variances
 };
 
 } // namespace cmpg

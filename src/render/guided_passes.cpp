@@ -11,6 +11,7 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kNegativeHalf = 8;
+constexpr std::uint32_t kGatePasses = 2; // of each way
 
 std::vector<SamplingWay> waysOf(Sampling asked, bool derivatives, bool roulette) {
     std::vector<Sampling> kinds{asked};
@@ -33,6 +34,21 @@ std::pair<double, double> norms(const Image& adjoint) {
             sum += std::abs(double(a));
         }
     return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
+}
+
+// Of an image: their squares add up to means over the channels, as PassMeasure::variance does.
+std::vector<double> entries(const Image& image) {
+    std::vector<double> all(image.values.begin(), image.values.end());
+    for (double& v : all)
+        v /= std::sqrt(double(image.channels));
+    return all;
+}
+
+std::vector<double> entries(const std::vector<std::vector<double>>& gradients) {
+    std::vector<double> all;
+    for (const std::vector<double>& g : gradients)
+        all.insert(all.end(), g.begin(), g.end());
+    return all;
 }
 
 } // namespace
@@ -87,7 +103,7 @@ struct GuidedPasses::Impl {
                               .reference = reference * meanAdjoint});
     }
 
-    // Records and measures one derivative pass of either mode, then rebuilds.
+    // Records and measures one pass of any mode, then rebuilds. `run` returns its result, entry by entry.
     template <class Pass> void learn(SamplingChoice& choice, std::uint32_t spp, std::uint32_t pass, double adjointSquares, Pass&& run) {
         std::vector<SamplingWay> ways;
         for (const SamplingWay& w : choice.ways())
@@ -95,10 +111,13 @@ struct GuidedPasses::Impl {
                 ways.push_back(w);
         const SamplingWay way = ways[pass % ways.size()];
         use(way, true);
-        run();
+        const std::vector<double> result = run();
         const PassMeasure m = renderer.lastPass();
-        if (adjointSquares > 0 && m.paths > 0)
-            choice.observe(way, m.variance * spp / adjointSquares, double(m.rays) / double(m.paths));
+        if (adjointSquares > 0 && m.paths > 0) {
+            const double unit = spp / adjointSquares;
+            choice.observe(way, m.variance * unit, double(m.rays) / double(m.paths));
+            choice.observeResult(way, result, unit);
+        }
         renderer.updateGuide();
         renderer.publishGuide();
         beginStep();
@@ -114,34 +133,28 @@ struct GuidedPasses::Impl {
         return renderer.lastPass().paths;
     }
 
-    // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included.
+    // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included. In the units of the learning
+    // passes, which ran without either.
     void gate(const View& view, std::uint32_t spp, std::uint64_t seed, const Image& adjoint, double meanAdjoint) {
         if (!options.roulette || !(reference > 0))
             return;
-        const Sampling kind = [&] {
-            SamplingChoice plain(waysOf(options.sampling, true, false));
-            for (std::size_t i = 0; i < plain.ways().size(); ++i)
-                plain.setFigures(plain.ways()[i], derivatives.figures(i));
-            return plain.best().kind;
-        }();
-        std::vector<std::vector<double>> ignored;
+        const Sampling kind = derivatives.bestKind();
         PassMeasure measured[2];
+        PassDifferences differences[2];
         gating = true;
-        for (const bool roulette : {false, true}) {
-            reverse(view, spp, {seed, 0, kGatePass}, adjoint, meanAdjoint, {kind, roulette}, 0, ignored);
-            measured[roulette] = renderer.lastPass();
-        }
+        for (std::uint32_t pass = 0; pass < kGatePasses; ++pass)
+            for (const bool roulette : {false, true}) {
+                std::vector<std::vector<double>> gradients;
+                reverse(view, spp, {seed, pass, kGatePass}, adjoint, meanAdjoint, {kind, roulette}, 0, gradients);
+                measured[roulette].add(renderer.lastPass());
+                differences[roulette].add(entries(gradients));
+            }
         gating = false;
         if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
-        // In the units of the learning passes, which ran without either.
-        std::size_t plain = 0;
-        while (!(derivatives.ways()[plain] == SamplingWay{kind, false}))
-            ++plain;
-        SamplingFigures f = derivatives.figures(plain);
-        f.variance *= measured[1].variance / measured[0].variance;
-        f.rays *= double(measured[1].rays) / double(measured[0].rays);
-        derivatives.setFigures({kind, true}, f);
+        const auto found = [&](bool roulette) { return differences[roulette].variance(); };
+        const double variances = found(false) && found(true) && *found(false) > 0 ? *found(true) / *found(false) : measured[1].variance / measured[0].variance;
+        derivatives.observeRoulette(kind, variances, double(measured[1].rays) / double(measured[0].rays));
     }
 };
 
@@ -164,7 +177,7 @@ void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
     const ScopedTime time(impl_->seconds);
     for (std::uint32_t i = first; i < first + passes; ++i)
-        impl_->learn(impl_->images, spp, i, 1, [&] { impl_->renderer.render(view, spp, {seed, i, kLearningPass}); });
+        impl_->learn(impl_->images, spp, i, 1, [&] { return entries(impl_->renderer.render(view, spp, {seed, i, kLearningPass})); });
     impl_->trained |= passes > 0;
 }
 
@@ -173,17 +186,19 @@ void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32
     const ScopedTime time(impl_->seconds);
     for (std::uint32_t i = first; i < first + passes; ++i)
         impl_->learn(impl_->derivatives, spp, i, 1,
-                     [&] { impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions); });
+                     [&] { return entries(impl_->renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions)); });
     impl_->trained |= passes > 0;
 }
 
 void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, const Image& adjoint) {
     const ScopedTime time(impl_->seconds);
     const auto [squares, mean] = norms(adjoint);
-    std::vector<std::vector<double>> ignored;
     for (std::uint32_t i = 0; i < passes; ++i) {
-        impl_->learn(impl_->derivatives, spp, i, squares,
-                     [&] { impl_->renderer.reverse(view, spp, {seed, i, kLearningPass}, adjoint, {}, {}, ignored); });
+        impl_->learn(impl_->derivatives, spp, i, squares, [&] {
+            std::vector<std::vector<double>> gradients;
+            impl_->renderer.reverse(view, spp, {seed, i, kLearningPass}, adjoint, {}, {}, gradients);
+            return entries(gradients);
+        });
         if (mean > 0)
             impl_->reference = impl_->renderer.lastPass().reference / mean;
     }
@@ -238,11 +253,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     PassMeasure sum;
     const auto pass = [&](std::uint32_t samples, const PassKey& k, int sign) {
         p.reverse(view, samples, k, adjoint, mean, way, sign, gradients);
-        const PassMeasure& m = p.renderer.lastPass();
-        sum.paths += m.paths;
-        sum.rays += m.rays;
-        sum.variance += m.variance;
-        sum.reference += m.reference;
+        sum.add(p.renderer.lastPass());
     };
     if (p.options.positivize) {
         const std::uint32_t half = std::max(1u, spp / 2);

@@ -44,8 +44,15 @@ struct PassSampling {
 // What a pass cost and how it scattered.
 struct PassMeasure {
     std::uint64_t paths = 0, rays = 0;
-    double variance = 0;     // of the result, summed over its entries: an estimate from the pass itself
-    double reference = 0;    // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
+    double variance = 0;  // of the result, summed over its entries: an estimate from the pass itself
+    double reference = 0; // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
+
+    void add(const PassMeasure& other) {
+        paths += other.paths;
+        rays += other.rays;
+        variance += other.variance;
+        reference += other.reference;
+    }
 };
 
 // Keys of the random numbers of one pass. Different passes of one step are independent.

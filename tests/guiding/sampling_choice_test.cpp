@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 
 namespace cmpg {
 namespace {
@@ -112,6 +114,70 @@ TEST(SamplingChoice, RepeatsItself) {
     EXPECT_EQ(loaded.best(), a.best());
     for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(loaded.score(i), a.score(i));
+}
+
+// Results that differ by independent normal noise of a given variance, summed over their entries.
+std::vector<double> noisy(std::mt19937& random, double variance, std::size_t entries = 1000) {
+    std::normal_distribution<double> noise(0, std::sqrt(variance / double(entries)));
+    std::vector<double> result(entries, 3.0);
+    for (double& r : result)
+        r += noise(random);
+    return result;
+}
+
+// Moments of single paths put the unguided way at 8, the truth is 1, as of Sobol points that do well.
+TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
+    std::mt19937 random(7);
+    SamplingChoice choice({kPlain, kMixture, {Sampling::Bsdf, true}, kSplit});
+    const auto pass = [&](const SamplingWay& way, double moments, double truth) {
+        choice.observe(way, moments, 10);
+        choice.observeResult(way, noisy(random, truth / 2), 2);
+    };
+    pass(kPlain, 8, 1);
+    pass(kMixture, 4, 3);
+    pass(kPlain, 8, 1);
+    EXPECT_EQ(choice.best(), kMixture); // one pass of the other way tells no difference
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 8);
+    pass(kMixture, 4, 3);
+    EXPECT_EQ(choice.best(), kPlain);
+    EXPECT_EQ(choice.bestKind(), Sampling::Bsdf);
+    EXPECT_NEAR(choice.figures(0).variance, 1, 0.25); // 5 standard errors of 1000 squares
+    EXPECT_NEAR(choice.figures(1).variance, 3, 0.75);
+
+    choice.observeRoulette(Sampling::Bsdf, 0.5, 3); // dearer by more than it is better
+    EXPECT_DOUBLE_EQ(choice.figures(2).variance, 0.5 * choice.figures(0).variance);
+    EXPECT_EQ(choice.best(), kPlain);
+    choice.observeRoulette(Sampling::Bsdf, 0.3, 3);
+    EXPECT_EQ(choice.best(), (SamplingWay{Sampling::Bsdf, true}));
+    EXPECT_EQ(choice.bestKind(), Sampling::Bsdf);
+
+    // What an optimisation estimates changes from step to step, and the differences with it.
+    choice.observe(kPlain, 8, 10, true);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 8);
+}
+
+TEST(PassDifferences, TellTheVarianceOfManyEntries) {
+    std::mt19937 random(11);
+    PassDifferences differences;
+    differences.add(noisy(random, 5));
+    EXPECT_FALSE(differences.variance());
+    for (int i = 0; i < 6; ++i)
+        differences.add(noisy(random, 5));
+    ASSERT_TRUE(differences.variance());
+    EXPECT_NEAR(*differences.variance(), 5, 1.25);
+}
+
+TEST(PassDifferences, SayNothingOfFewEntries) {
+    std::mt19937 random(11);
+    PassDifferences scalar, spike;
+    for (int i = 0; i < 4; ++i) {
+        scalar.add(noisy(random, 5, 3));
+        std::vector<double> result = noisy(random, 1e-6);
+        result[5] += i % 2;
+        spike.add(result);
+    }
+    EXPECT_FALSE(scalar.variance());
+    EXPECT_FALSE(spike.variance());
 }
 
 } // namespace

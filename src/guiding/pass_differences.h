@@ -1,0 +1,26 @@
+// The variance of a way of sampling, from how the results of its passes differ.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace cmpg {
+
+// Half the squared difference of two passes with random numbers of their own is the variance of either, summed over the result's entries.
+// Moments of single paths take the samples of a pixel for independent; only this sees what Sobol points gain.
+class PassDifferences {
+  public:
+    // `result`: a pass's estimate, always as many entries. All passes have as many samples.
+    void add(std::span<const double> result);
+    // Of the last two passes, the earlier pairs counting less. Empty before two passes, and where so few entries differ that their squares
+    // say little: the relative standard error of each pair is held below a third.
+    std::optional<double> variance() const { return variance_; }
+
+  private:
+    std::vector<float> last_;
+    std::optional<double> variance_;
+};
+
+} // namespace cmpg
