@@ -29,7 +29,7 @@ void main() {
     for (uint path = first; path < end; ++path) {
         const vec3 value = kForward ? tangents[path] : vertices[path].suffix;
         const bool finite = !any(isnan(value)) && !any(isinf(value));
-        if (!finite) atomicAdd(statistics[kForward ? kDroppedDerivative : kDroppedRadiance], 1);
+        if (!finite) atomicAdd(statistics[kDroppedPixel], 1);
         addSample(p, finite ? value : vec3(0), sample0 + (path - first));
     }
     film[pixel] = p;

@@ -11,6 +11,7 @@
 #include "app/run_identity.h"
 #include "app/session.h"
 #include "app/targets.h"
+#include "optimize/gradient_watch.h"
 #include "optimize/observed_model.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
@@ -73,8 +74,42 @@ void addStep(Report& report, const StepRecord& step) {
     report.seconds.gradient += step.secondsGradient;
     report.seconds.optimizer += step.secondsUpdate;
     if (step.dropped > 0)
-        report.dropped["optimize.nonfinite"] += step.dropped;
+        report.dropped["optimize: non-finite gradient"] += step.dropped;
 }
+
+// A hundred times in a run how far it is and what it takes, and each time that what was left out has doubled how much that is.
+class RunLog {
+  public:
+    RunLog(EventLog& log, std::uint32_t steps) : log_(log), interval_(std::max(1u, steps / 100)) {}
+
+    void afterStep(const StepReport& step, const RenderStatistics& statistics, const Report& report, const MemoryUse& device) {
+        for (const GradientWatch::Finding& finding : watch_.observe(step))
+            log_.warn(finding.event, finding.text, finding.numbers);
+        if ((step.step + 1) % interval_ == 0)
+            log_.info("progress", "",
+                      {{"loss", step.loss}, {"gradient_norm", recordOf(step).gradientNorm}, {"largest_samples", step.concentration}, {"paths", double(statistics.paths)},
+                       {"device_bytes", double(device.current)}, {"host_bytes", double(hostBytes())}});
+        EventLog::Numbers numbers;
+        std::uint64_t sum = 0;
+        for (const auto* dropped : {&statistics.dropped, &report.dropped})
+            for (const auto& [kind, count] : *dropped)
+                if (count > 0) {
+                    numbers.emplace_back(kind, double(count));
+                    sum += count;
+                }
+        if (sum == 0 || sum < 2 * dropped_)
+            return;
+        dropped_ = sum;
+        numbers.emplace_back("paths", double(statistics.paths));
+        log_.info("dropped", "contributions left out so far, by kernel and kind", std::move(numbers));
+    }
+
+  private:
+    EventLog& log_;
+    std::uint32_t interval_;
+    GradientWatch watch_;
+    std::uint64_t dropped_ = 0;
+};
 
 void showStep(const Optimization& run, DisplayStream& display) {
     for (std::size_t i = 0; display.active() && i < run.parameters().size(); ++i) {
@@ -127,12 +162,14 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.warn("write_failed", std::string(error.what()) + (error.cause.empty() ? "" : ": " + error.cause) + ". The run goes on in memory");
     });
 
+    RunLog runLog(log, options.steps);
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
     const auto afterStep = [&](const StepReport& step) {
         log.setStep(step.step + 1);
         addStep(report, recordOf(step));
         folder.appendStep(step);
         checkpoints.afterStep(run, shown);
+        runLog.afterStep(step, session.renderer().statistics(), report, session.deviceMemory());
         showStep(run, display);
         if (step.step == 0)
             for (std::size_t p = 0; p < session.parameters.size(); ++p)

@@ -4,8 +4,10 @@
 #include "app/output.h"
 #include "base/log.h"
 
+#include <fstream>
 #include <iostream>
 #include <sys/resource.h>
+#include <unistd.h>
 
 namespace cmpg {
 namespace {
@@ -52,9 +54,9 @@ void Report::addStatistics(const RenderStatistics& statistics) {
 void Report::warnOfLosses() const {
     for (const auto& [kind, count] : dropped)
         if (count > 0)
-            logWarn(std::to_string(count) + " contributions dropped: " + kind);
+            logWarn(std::to_string(count) + " contributions dropped: " + kind, "dropped");
     if (refusedSplits > 0)
-        logWarn("the guide is coarser than its records allow: " + std::to_string(refusedSplits) + " splits were refused for want of memory; raise --guide-memory");
+        logWarn("the guide is coarser than its records allow: " + std::to_string(refusedSplits) + " splits were refused for want of memory; raise --guide-memory", "guide_full");
 }
 
 nlohmann::ordered_json Report::toJson() const {
@@ -94,6 +96,13 @@ std::uint64_t hostPeakBytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return std::uint64_t(usage.ru_maxrss) * 1024; // Linux counts in KiB
+}
+
+std::uint64_t hostBytes() {
+    std::ifstream statm("/proc/self/statm");
+    std::uint64_t all = 0, resident = 0;
+    statm >> all >> resident;
+    return resident * std::uint64_t(sysconf(_SC_PAGESIZE));
 }
 
 std::ostream& textOut(const Options& options) {

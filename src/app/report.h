@@ -41,8 +41,9 @@ struct Report {
     Stopwatch total_;
 };
 
-// Highest resident memory of this process so far, in bytes.
+// Resident memory of this process in bytes: the most so far, and now (0 where the system does not tell).
 std::uint64_t hostPeakBytes();
+std::uint64_t hostBytes();
 
 // Where text for people goes: stdout, or stderr when stdout is kept for one JSON object.
 std::ostream& textOut(const Options& options);

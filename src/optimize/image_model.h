@@ -17,6 +17,8 @@ class ImageModel {
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                   std::vector<std::vector<double>>& gradients) = 0;
+    // Of the last derivative pass: share of its few largest samples in the sum of all squares; 0 where it is not known.
+    virtual double concentration() const { return 0; }
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
     // After the passes of a step, before its update: the model may learn from them.
     virtual void endStep() {}

@@ -22,6 +22,7 @@ class ObservedModel final : public ImageModel {
                           std::vector<std::vector<double>>& gradients) override {
         return inner_.reverse(view, spp, key, adjoint, gradients);
     }
+    double concentration() const override { return inner_.concentration(); }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
     void endStep() override { inner_.endStep(); }
     void publish() override { inner_.publish(); }

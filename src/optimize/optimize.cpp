@@ -6,6 +6,7 @@
 #include "optimize/ordered_sum.h"
 #include "optimize/regularizer.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {
@@ -114,6 +115,7 @@ void Optimization::addView(std::size_t view, StepReport& report) {
     const ScopedTime time(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
     report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
+    report.concentration = std::max(report.concentration, model_.concentration());
 }
 
 double Optimization::rateFactor() const {

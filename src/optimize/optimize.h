@@ -30,6 +30,7 @@ struct StepReport {
     double rate = 0;            // of the first parameter, schedule included
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
     std::vector<double> gradientNorm; // Euclidean, per parameter, finite entries only
+    double concentration = 0;         // of the derivative passes: see ImageModel
     std::uint64_t samples = 0;        // camera paths of both passes
     std::uint64_t dropped = 0;        // gradient entries and pixels left out because they were not finite
 };

@@ -20,6 +20,7 @@ class RendererModel final : public ImageModel {
                           std::vector<std::vector<double>>& gradients) override {
         return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);
     }
+    double concentration() const override { return passes_.concentration(); }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { renderer_.setParameter(parameter, values); }
     void endStep() override {
         passes_.endStep();

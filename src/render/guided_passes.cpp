@@ -66,7 +66,7 @@ struct GuidedPasses::Impl {
     Figures stepStart{images, derivatives, 0}; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
     std::uint32_t step = 0;
-    double seconds = 0;
+    double seconds = 0, concentration = 0;
 
     Impl(Renderer& r, const GuidedOptions& o)
         : renderer(r), options(o), images(waysOf(o.sampling, false, false)), derivatives(waysOf(o.sampling, true, o.roulette)) {}
@@ -263,6 +263,7 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     } else {
         pass(spp, key, 0);
     }
+    p.concentration = sum.concentration;
     if (p.learning && sum.paths > 0 && squares > 0) {
         p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths), true);
         if (mean > 0)
@@ -295,6 +296,8 @@ void GuidedPasses::publish() {
     const ScopedTime time(impl_->seconds);
     impl_->renderer.publishGuide();
 }
+
+double GuidedPasses::concentration() const { return impl_->concentration; }
 
 GuidedState GuidedPasses::state() const {
     const Impl& p = *impl_;

@@ -68,6 +68,8 @@ class GuidedPasses {
     void setLearning(bool on);
     void endStep();
     void publish();
+    // PassMeasure's, of the last derivative pass in reverse mode; 0 where it was not measured.
+    double concentration() const;
     // As the last step left it, also in the midst of one.
     GuidedState state() const;
     // With the tree that belongs to it, and learning as it was. Error(Input) if it is of other ways of sampling, or the tree does not fit.

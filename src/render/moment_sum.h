@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace cmpg {
 
@@ -22,7 +23,9 @@ class MomentSum {
         reference_ += double(m.reference);
         ++samples_;
         const glm::dvec3 own(m.own);
-        squares_ += glm::dot(own, own);
+        const double square = glm::dot(own, own);
+        squares_ += square;
+        weigh(square + double(m.below) * double(m.below));
         if (m.entry == gpu::kNone)
             return;
         for (std::size_t i = 0; i < entries_; ++i)
@@ -42,12 +45,25 @@ class MomentSum {
         return below_ + pairedSquares_ * share + singleSquares_ * share;
     }
     double reference() const { return reference_; } // sum over the paths
+    // Share of the kLargest largest paths in the sum of all squares: near 1, a few samples are the result.
+    double concentration() const { return total_ > 0 ? std::accumulate(largest_.begin(), largest_.end(), 0.0) / total_ : 0; }
+    static constexpr std::size_t kLargest = 8;
 
   private:
     struct EntrySum {
         std::uint32_t entry;
         glm::dvec3 sum;
     };
+
+    // Keeps the largest in descending order, so that their sum does not depend on the order they came in.
+    void weigh(double square) {
+        total_ += square;
+        for (std::size_t i = kLargest; i-- > 0 && square > largest_[i];) {
+            if (i + 1 < kLargest)
+                largest_[i + 1] = largest_[i];
+            largest_[i] = square;
+        }
+    }
 
     void closePixel() {
         if (samples_ == 1)
@@ -69,6 +85,8 @@ class MomentSum {
     static constexpr std::size_t kMostEntries = 16;
     std::array<EntrySum, kMostEntries> sums_;
     std::size_t entries_ = 0;
+    std::array<double, kLargest> largest_{};
+    double total_ = 0;
     double below_ = 0, reference_ = 0, pairedSquares_ = 0, pairedVariance_ = 0, singleSquares_ = 0;
 };
 

@@ -197,6 +197,7 @@ struct Renderer::Impl {
         if (pass.measure) {
             measure.variance = moments.variance();
             measure.reference = moments.reference() / double(pixels);
+            measure.concentration = moments.concentration();
         }
         return countDropped();
     }
@@ -228,7 +229,7 @@ struct Renderer::Impl {
             const std::uint64_t rays = std::uint64_t(c.rays) + c.shadowRays;
             statistics.rays += rays;
             measure.rays += rays;
-            statistics.dropped["unfinished rays"] += c.unfinished;
+            statistics.dropped["trace: unfinished rays"] += c.unfinished;
             if (c.drawn == 0)
                 continue;
             statistics.guided.resize(config.maxDepth);
@@ -242,9 +243,10 @@ struct Renderer::Impl {
 
     std::uint32_t countDropped() {
         auto counters = pools->statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
-        statistics.dropped["non-finite radiance"] += counters[gpu::kDroppedRadiance];
-        statistics.dropped["non-finite derivative"] += counters[gpu::kDroppedDerivative];
-        statistics.dropped["saturated guide record"] += counters[gpu::kSaturatedRecord];
+        statistics.dropped["shade_vertex: non-finite radiance"] += counters[gpu::kDroppedRadiance];
+        statistics.dropped["scan_tape: non-finite derivative"] += counters[gpu::kDroppedDerivative];
+        statistics.dropped["gather_film: non-finite sample"] += counters[gpu::kDroppedPixel];
+        statistics.dropped["scan_tape: saturated guide record"] += counters[gpu::kSaturatedRecord];
         const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
         std::fill(counters.begin(), counters.end(), 0u);
         pools->statistics.uploadAll(counters);
@@ -443,7 +445,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
             measure = r.measure;
         in.sampling.record = false; // once is enough
         if (tooLarge == 0 || attempt == kCoarsenings) {
-            r.statistics.dropped["saturated gradient"] += tooLarge;
+            r.statistics.dropped["scan_tape: saturated gradient"] += tooLarge;
             break;
         }
     }

@@ -8,6 +8,7 @@
 #include "scene/scene.h"
 #include "vk/device.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
@@ -46,12 +47,14 @@ struct PassMeasure {
     std::uint64_t paths = 0, rays = 0;
     double variance = 0;  // of the result, summed over its entries: an estimate from the pass itself
     double reference = 0; // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
+    double concentration = 0; // reverse mode, where it is measured: share of the few largest paths in the sum of all squares
 
     void add(const PassMeasure& other) {
         paths += other.paths;
         rays += other.rays;
         variance += other.variance;
         reference += other.reference;
+        concentration = std::max(concentration, other.concentration);
     }
 };
 
@@ -85,7 +88,7 @@ struct GuidedDepth {
 struct RenderStatistics {
     std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
-    std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kind
+    std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kernel and kind
     std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 };
 

@@ -20,8 +20,11 @@ struct Variation {
 const Variation kVariations[] = {
     {"one thread", {"LP_NUM_THREADS=1"}, {}}, // of lavapipe; other drivers ignore the variable, and are then tested for repeating themselves
     {"two threads", {"LP_NUM_THREADS=2"}, {}},
+    {"eight threads", {"LP_NUM_THREADS=8"}, {}},
     {"portable kernels", {"CMPG_PORTABLE=1"}, {}}, // storage buffers instead of texel buffers, pairs of 32-bit additions for 64-bit ones
-    {"a small budget", {}, {"--memory", "16"}},
+    {"a small budget", {}, {"--memory", "16"}}, // hence small batches
+    {"a middling budget", {}, {"--memory", "48"}},
+    {"nothing", {}, {}},
 };
 
 class Independence : public testing::Test {
@@ -68,12 +71,12 @@ TEST_F(Independence, PlainPasses) {
 
 // Learning, the automatic choice, the roulette, and what an optimisation makes of them.
 TEST_F(Independence, GuidedPasses) {
-    const std::string recovered = "run/parameters/painting.baseColor.exr";
-    expectSameFiles({"a.guide", "gradient.exr", recovered}, [&](const Run& run) {
+    const std::string recovered = "run/parameters/painting.baseColor.exr", last = "run/gradients/painting.baseColor.exr";
+    expectSameFiles({"a.guide", "b.guide", "gradient.exr", recovered, last, "run/final.exr"}, [&](const Run& run) {
         run({"gradient", kBox, "--param", "painting.baseColor", "--adjoint", folder_ / "image.exr", "--spp-gradient", "8", "--train", "3",
              "--save-guide", folder_ / "a.guide", "-o", folder_ / "gradient.exr"});
         run({"optimize", kBox, "--param", "painting.baseColor", "--target", folder_ / "image.exr", "--spp", "4", "--spp-gradient", "4", "--steps",
-             "12", "-o", folder_ / "run"});
+             "12", "--save-guide", folder_ / "b.guide", "-o", folder_ / "run"});
     });
 }
 

@@ -1,0 +1,45 @@
+// Long runs: memory stays what it was.
+#include "command_line.h"
+#include "scene/image.h"
+
+#include <fstream>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cmpg {
+namespace {
+
+// Most of device and host memory in each tenth of a run, from its log.
+void expectFlatMemory(std::uint32_t steps) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "target.exr", Image(24, 24, 3, 0.5f));
+    const auto result = test::runProgram({"optimize", CMPG_SOURCE_DIR "/scenes/box/scene.gltf", "--param", "painting.baseColor", "--param", "light.emission",
+                                          "--target", folder / "target.exr", "--spp", "1", "--spp-gradient", "1", "--steps", std::to_string(steps), "--max-depth",
+                                          "4", "--memory", "32", "--checkpoint-every", std::to_string(steps / 20), "--quiet", "--headless", "-o", folder / "run"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    constexpr std::size_t kParts = 10;
+    std::array<double, kParts> device{}, host{};
+    std::ifstream log(folder / "run/log.jsonl");
+    for (std::string line; std::getline(log, line);) {
+        const auto event = nlohmann::json::parse(line);
+        if (event["event"] != "progress")
+            continue;
+        const std::size_t part = std::min<std::size_t>(kParts - 1, event["step"].get<std::size_t>() * kParts / steps);
+        device[part] = std::max(device[part], event["device_bytes"].get<double>());
+        host[part] = std::max(host[part], event["host_bytes"].get<double>());
+    }
+    for (std::size_t part = 0; part < kParts; ++part)
+        std::cout << "part " << part << ": device " << device[part] / (1 << 20) << " MiB, host " << host[part] / (1 << 20) << " MiB\n";
+    // The first parts try all ways of sampling and grow the guide.
+    const std::size_t first = 3, last = kParts - 1;
+    ASSERT_GT(device[first], 0);
+    ASSERT_GT(host[first], 0);
+    EXPECT_NEAR(device[last], device[first], 0.01 * device[first]);
+    EXPECT_NEAR(host[last], host[first], 0.01 * host[first]);
+}
+
+TEST(Bounded, MemoryIsFlat) { expectFlatMemory(200); }
+TEST(Bounded, FullMemoryIsFlatOverTenThousandSteps) { expectFlatMemory(10000); }
+
+} // namespace
+} // namespace cmpg

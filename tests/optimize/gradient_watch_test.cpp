@@ -1,0 +1,72 @@
+// Warnings about gradients: each comes once, when its cause lasts, and not without.
+#include "optimize/gradient_watch.h"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace cmpg {
+namespace {
+
+class Watched {
+  public:
+    // Events of `steps` steps like this.
+    std::vector<std::string> steps(int count, double norm, double loss, double concentration = 0.01) {
+        std::vector<std::string> events;
+        for (int i = 0; i < count; ++i) {
+            StepReport report;
+            report.loss = loss;
+            report.gradientNorm = {norm * (0.5 + uniform_(random_))};
+            report.concentration = concentration;
+            for (const GradientWatch::Finding& f : watch_.observe(report)) {
+                EXPECT_NE(f.text.find("--"), std::string::npos) << f.text; // a remedy
+                events.push_back(f.event);
+            }
+        }
+        return events;
+    }
+
+  private:
+    GradientWatch watch_;
+    std::mt19937 random_{3};
+    std::uniform_real_distribution<double> uniform_;
+};
+
+using Events = std::vector<std::string>;
+
+TEST(GradientWatch, IsSilentWhileALossFalls) {
+    Watched run;
+    double loss = 1, norm = 1;
+    for (int i = 0; i < 500; ++i, loss *= 0.97, norm *= 0.9)
+        EXPECT_EQ(run.steps(1, norm, loss), Events()) << i; // to the end: a gradient of nothing is no stall where the loss is found
+}
+
+TEST(GradientWatch, TellsOnceOfExplosions) {
+    Watched run;
+    EXPECT_EQ(run.steps(40, 1, 1), Events());
+    EXPECT_EQ(run.steps(2, 1000, 1), Events()); // two steps may be chance
+    EXPECT_EQ(run.steps(10, 1000, 1), Events{"gradients_explode"});
+    Watched other;
+    EXPECT_EQ(other.steps(40, 1, 0.01), Events());
+    EXPECT_EQ(other.steps(40, 1, 1), Events{"gradients_explode"}); // a loss that left its minimum
+    EXPECT_EQ(other.steps(40, 1, 0.01), Events());
+    EXPECT_EQ(other.steps(40, 1, 1), Events{"gradients_explode"}); // once more, after it was over
+}
+
+TEST(GradientWatch, TellsOfStalls) {
+    Watched run;
+    EXPECT_EQ(run.steps(40, 1, 1), Events());
+    EXPECT_EQ(run.steps(40, 0, 0.9), Events{"gradients_stall"});
+    Watched found;
+    EXPECT_EQ(found.steps(40, 1, 1), Events());
+    EXPECT_EQ(found.steps(100, 0, 0.001), Events());
+}
+
+TEST(GradientWatch, TellsOfGradientsOfAFewSamples) {
+    Watched run;
+    EXPECT_EQ(run.steps(40, 1, 1, 0.2), Events());
+    EXPECT_EQ(run.steps(7, 1, 1, 0.9), Events());
+    EXPECT_EQ(run.steps(20, 1, 1, 0.9), Events{"gradients_noisy"});
+}
+
+} // namespace
+} // namespace cmpg
