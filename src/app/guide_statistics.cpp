@@ -63,7 +63,7 @@ GuideFigures figuresOf(const SdTree& tree, const std::vector<GuideCellFigures>& 
             ++leaves;
         });
         f.records += cell.records;
-        f.mass += tree.cells()[i].total();
+        f.mass += tree.cells()[i].total() * tree.cells()[i].faded;
         empty += cell.records == 0;
         blind += !knowsDerivatives(cell);
         if (cell.records > cells[f.mostRecords].records)

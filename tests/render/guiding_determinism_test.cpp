@@ -78,6 +78,40 @@ TEST(GuidedDeterminism, SameBitsOnPortableKernels) {
     expectSame(learn(1024 * kMegabyte), learn(1024 * kMegabyte, portable), "portable kernels");
 }
 
+// Published in pieces, as it was learned, or whole, as a run that goes on does it: the same bits. Cells that learn nothing are not published
+// again, while their weights fade.
+TEST(GuidedDeterminism, SameBitsForAGuideThatIsPublishedAnew) {
+    const RenderConfig config = guidedConfig(2); // records where the camera looks alone
+    GuidedBench s("box", {"painting.baseColor"}, 24, config);
+    s.train(2, 16);
+    const View whole = s.view;
+    Camera close = *whole.camera; // sees little of the scene
+    close.yfov *= 0.1f;
+    s.view.camera = &close;
+    s.renderer->setSampling({.record = true});
+    for (std::uint32_t i = 0; i < 7; ++i) {
+        s.gradient(1, {3, i, 1});
+        s.renderer->updateGuide();
+    }
+    s.view = whole;
+    const SdTree tree = s.renderer->guide();
+    std::size_t faded = 0;
+    for (const GuideCell& cell : tree.cells())
+        faded += cell.faded < 1;
+    ASSERT_GT(faded, 5u);
+    ASSERT_LT(faded, tree.cells().size());
+    const auto gradient = [](GuidedBench& b) {
+        b.renderer->setSampling({.kind = Sampling::Conditional, .record = true});
+        auto g = b.gradient(8, {9, 0, 1});
+        b.renderer->updateGuide();
+        return g;
+    };
+    GuidedBench other("box", {"painting.baseColor"}, 24, config);
+    other.renderer->setGuide(tree);
+    EXPECT_TRUE(gradient(s) == gradient(other));
+    EXPECT_TRUE(same(s.renderer->guide(), other.renderer->guide()));
+}
+
 // What is not ordered on the device may come out right for years: the validation layers look.
 TEST(GuidedDeterminism, KernelsWaitForEachOther) {
     std::unique_ptr<Device> checked;
