@@ -1,4 +1,5 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
+#include "app/checkpoints.h"
 #include "app/commands.h"
 #include "app/contact_sheet.h"
 #include "app/display.h"
@@ -7,6 +8,7 @@
 #include "app/loss_curve.h"
 #include "app/optimize_options.h"
 #include "app/output.h"
+#include "app/run_identity.h"
 #include "app/session.h"
 #include "app/targets.h"
 #include "optimize/observed_model.h"
@@ -65,6 +67,15 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
     report.outputs.emplace_back("loss_curve", curve.string());
 }
 
+void addStep(Report& report, const StepRecord& step) {
+    report.loss.push_back(step.loss);
+    report.seconds.primal += step.secondsPrimal;
+    report.seconds.gradient += step.secondsGradient;
+    report.seconds.optimizer += step.secondsUpdate;
+    if (step.dropped > 0)
+        report.dropped["optimize.nonfinite"] += step.dropped;
+}
+
 void showStep(const Optimization& run, DisplayStream& display) {
     for (std::size_t i = 0; display.active() && i < run.parameters().size(); ++i) {
         const Parameter& parameter = run.scene().parameters[run.parameters()[i]];
@@ -82,6 +93,10 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
+    EventLog log(std::filesystem::path(options.output) / "log.jsonl");
+    Options effective = options;
+    effective.maxDepth = options.maxDepth.value_or(session.scene.maxDepth);
+    Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
     session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
     GuidedSession guided(options, report, session);
     guided.passes().setLearning(usesGuide(options));
@@ -93,21 +108,31 @@ ExitCode runOptimize(const Options& options, Report& report) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     });
     Optimization run(shown, session.scene, config, session.parameters);
-    RunFolder folder(options.output);
+    Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
+    const std::optional<Checkpoint> start = checkpoints.find();
+    RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
     folder.writeTargets(run);
     constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
     const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
     folder.writeInitial(run, pictureSpp);
+    if (start) {
+        resume(*start, run, shown);
+        for (const StepRecord& step : start->state.history)
+            addStep(report, step);
+    }
+    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}});
+    std::vector<std::string> failures; // to write
+    folder.tolerate([&](const Error& error) {
+        failures.push_back(error.what());
+        log.warn("write_failed", std::string(error.what()) + (error.cause.empty() ? "" : ": " + error.cause) + ". The run goes on in memory");
+    });
 
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
     const auto afterStep = [&](const StepReport& step) {
-        report.loss.push_back(step.loss);
-        report.seconds.primal += step.secondsPrimal;
-        report.seconds.gradient += step.secondsGradient;
-        report.seconds.optimizer += step.secondsUpdate;
-        if (step.dropped > 0)
-            report.dropped["optimize.nonfinite"] += step.dropped;
+        log.setStep(step.step + 1);
+        addStep(report, recordOf(step));
         folder.appendStep(step);
+        checkpoints.afterStep(run, shown);
         showStep(run, display);
         if (step.step == 0)
             for (std::size_t p = 0; p < session.parameters.size(); ++p)
@@ -120,23 +145,34 @@ ExitCode runOptimize(const Options& options, Report& report) {
     try {
         done = run.run(afterStep);
     } catch (const Error& e) {
-        if (e.code != ExitCode::Numerical)
-            throw;
-        failure = e; // the parameters are still those of the step before: worth keeping
+        failure = e; // the state is that after a whole step: worth keeping
     }
     if (!options.quiet)
         progress.finish();
 
-    folder.writeFinal(run, pictureSpp);
+    log.setStep(run.state().step);
+    checkpoints.write(run, shown);
+    folder.writeLosses(run.state().history);
+    folder.writeScene(run);
+    if (failure && failure->code != ExitCode::Numerical) { // no device, no pictures
+        failure->remedy += (failure->remedy.empty() ? "" : ". ") + ("--resume " + folder.path().string() + " goes on from here");
+        log.warn("failed", failure->what());
+        throw *failure;
+    }
+    folder.writeImages(run, pictureSpp);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
-    writeContactSheet(options, run, folder, views, report);
-    guided.finish();
+    folder.attempt([&] { writeContactSheet(options, run, folder, views, report); });
+    folder.attempt([&] { guided.finish(); });
     session.finish();
-    if (!options.quiet)
-        textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
+    log.info(done ? "finished" : "interrupted", "results written", {{"failed_writes", double(failures.size())}});
     if (failure)
         throw *failure;
+    if (!failures.empty())
+        throw Error(ExitCode::Output, "not everything could be written: " + failures.back(), "the disk is full, or the folder read-only or gone",
+                    "make room and run again with --resume " + folder.path().string());
+    if (!options.quiet)
+        textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
     return done ? ExitCode::Done : ExitCode::Interrupted;
 }
 

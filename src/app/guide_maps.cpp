@@ -79,7 +79,7 @@ Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, in
 Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
     constexpr int kStride = kAxis + kEdge + kMargin;
     Canvas canvas(kMargin + 4 * kStride, kTitle + kCaption + kEdge + kAxis + kLegend + kMargin);
-    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + number(cell.records) + " records: density over that of uniform directions",
+    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + number(cell.weight()) + " records: density over that of uniform directions",
                 kBlack, 2);
     const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
     struct Panel {

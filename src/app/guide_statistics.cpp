@@ -34,7 +34,7 @@ std::vector<GuideCellFigures> cellFigures(const SdTree& tree) {
         }
         const GuideCell& cell = tree.cells()[n.cell];
         GuideCellFigures& figures = cells[n.cell];
-        figures = {lower, upper, depth, 0, cell.nodes.size(), cell.records, {}, 0, 0};
+        figures = {lower, upper, depth, 0, cell.nodes.size(), cell.weight(), {}, 0, 0};
         visitLeaves(cell.nodes, [&](const GuideMass&, std::uint32_t level) { figures.quadDepth = std::max(figures.quadDepth, level); });
         if (cell.records > 0) {
             figures.mean = cell.total() * (1 / cell.records);

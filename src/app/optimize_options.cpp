@@ -3,6 +3,8 @@
 
 #include "base/error.h"
 
+#include <charconv>
+#include <cmath>
 #include <cstdlib>
 
 namespace cmpg {
@@ -48,6 +50,19 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.totalVariation = double(options.totalVariation);
     config.warmUp = options.warmUp;
     return config;
+}
+
+CheckpointInterval checkpointInterval(const Options& options) {
+    const std::string& text = options.checkpointEvery;
+    double number = 0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const std::string unit(rest, text.data() + text.size());
+    const double seconds = unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
+    if (error == std::errc() && seconds > 0 && number > 0 && number <= 1e9)
+        return {.steps = 0, .seconds = number * seconds};
+    if (error == std::errc() && unit.empty() && number >= 0 && number <= 1e9 && number == std::floor(number))
+        return {.steps = std::uint32_t(number), .seconds = 0};
+    throw Error(ExitCode::Usage, "--checkpoint-every takes a number of steps, or a time such as 30s, 10m or 1h, not '" + text + "'");
 }
 
 } // namespace cmpg

@@ -2,10 +2,12 @@
 #include "app/options.h"
 
 #include "base/error.h"
+#include "optimize/checkpoint.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 namespace cmpg {
@@ -168,6 +170,15 @@ void addOptimizer(CLI::App& app, Options& o) {
         ->option_text(kind("W", "0"));
 }
 
+void addCheckpoints(CLI::App& app, Options& o) {
+    app.add_option("--checkpoint-every", o.checkpointEvery, "Keep all that going on needs after so many steps, or so much time (s, m or h); 0: never")
+        ->option_text(kind("N|T", "10m"));
+    app.add_option("--resume", o.resume,
+                   "Go on with the run of a folder, from its last checkpoint or from the beginning. The scene and all options may be left away; "
+                   "what is given must agree with the run")
+        ->option_text("FOLDER");
+}
+
 void addComparison(CLI::App& app, Options& o) {
     app.add_option("--methods", o.methods,
                    "Comma-separated: plain, primal, differential, uniform, conditional, ours; each with parts, as in "
@@ -222,6 +233,7 @@ void addCommands(CLI::App& app, Options& o) {
     addParameters(*optimize, o);
     addTarget(*optimize, o);
     addOptimizer(*optimize, o);
+    addCheckpoints(*optimize, o);
 
     CLI::App* compare =
         addCommand(app, o, Command::Compare, "Compare ways of sampling: equal time or equal samples, with a report: -o FOLDER", scene);
@@ -250,17 +262,37 @@ void addCommands(CLI::App& app, Options& o) {
         ->option_text(kind("L,D", "1,1"));
 }
 
-// --config has to be read before the rest is parsed, as the command line overrides it.
-std::string findConfig(int argc, const char* const* argv) {
-    std::string file;
+// The value of an option that has to be read before the rest is parsed, as the command line overrides what it brings.
+std::string findValue(const std::string& option, int argc, const char* const* argv) {
+    std::string value;
     for (int i = 1; i < argc; ++i) {
         const std::string arg = argv[i];
-        if (arg == "--config" && i + 1 < argc)
-            file = argv[i + 1];
-        if (arg.rfind("--config=", 0) == 0)
-            file = arg.substr(9);
+        if (arg == option && i + 1 < argc)
+            value = argv[i + 1];
+        if (arg.rfind(option + "=", 0) == 0)
+            value = arg.substr(option.size() + 1);
     }
-    return file;
+    return value;
+}
+
+void applyText(const std::string& text, const std::string& file, Options& options) {
+    nlohmann::json config;
+    try {
+        config = nlohmann::json::parse(text);
+    } catch (const nlohmann::json::exception& e) {
+        throw Error(ExitCode::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
+    }
+    applyConfig(config, options);
+}
+
+// Those of a run that has a checkpoint; there may be none.
+void readResumed(const std::string& folder, Options& options) {
+    std::vector<std::string> refused;
+    if (const auto checkpoint = findCheckpoint(folder, refused))
+        applyText(checkpoint->config, folder, options);
+    else if (!refused.empty())
+        throw Error(ExitCode::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
+                    "begin anew without --resume");
 }
 
 void readConfig(const std::string& file, Options& options) {
@@ -268,13 +300,7 @@ void readConfig(const std::string& file, Options& options) {
     if (!in)
         throw Error(ExitCode::Usage, "cannot read the configuration '" + file + "'", "the file does not exist or is not readable",
                     "give the path of a run.json");
-    nlohmann::json config;
-    try {
-        config = nlohmann::json::parse(in);
-    } catch (const nlohmann::json::exception& e) {
-        throw Error(ExitCode::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
-    }
-    applyConfig(config, options);
+    applyText({std::istreambuf_iterator<char>(in), {}}, file, options);
 }
 
 enum class Names { Nothing, Something, Command };
@@ -326,8 +352,12 @@ Options parseOptions(int argc, const char* const* argv) {
     Options o;
     std::vector<const char*> arguments(argv, argv + argc);
     const Names named = namedBy(argc, argv);
-    if (const std::string config = findConfig(argc, argv); !config.empty()) {
-        readConfig(config, o);
+    const std::string config = findValue("--config", argc, argv), resumed = findValue("--resume", argc, argv);
+    if (!config.empty() || !resumed.empty()) {
+        if (!resumed.empty())
+            readResumed(resumed, o);
+        if (!config.empty())
+            readConfig(config, o);
         if (o.command != Command::None && named != Names::Command) // options of its own may follow
             arguments.insert(arguments.begin() + 1, commandName(o.command));
     } else if (named == Names::Something) {
@@ -360,6 +390,8 @@ Options parseOptions(int argc, const char* const* argv) {
         o.command = Command::ListDevices;
     if (version)
         o.command = Command::Version;
+    if (o.output.empty())
+        o.output = o.resume;
     validate(o);
     return o;
 }

@@ -69,6 +69,8 @@ struct Options {
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
     float forgetting = 0.9f;
+    std::string checkpointEvery = "10m"; // steps, or a time with its unit
+    std::string resume;                  // the folder of the run to go on with; empty: a new one
 
     // compare
     std::string methods = "plain,primal,conditional,ours";
@@ -96,7 +98,7 @@ struct Options {
     bool isReverse() const { return command == Command::Optimize || !adjoint.empty() || !target.empty(); }
 };
 
-// Reads --config and the command line, in this order, and checks the result. Throws Error(Usage), or HelpRequested.
+// Reads the configuration of the run to resume, --config and the command line, in this order, and checks the result. Throws Error(Usage), or HelpRequested.
 Options parseOptions(int argc, const char* const* argv);
 
 struct HelpRequested {

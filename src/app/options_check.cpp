@@ -1,6 +1,7 @@
 // What makes sense together among the options, however they were given.
 #include "app/options.h"
 
+#include "app/optimize_options.h"
 #include "base/error.h"
 #include "live/display_stream.h"
 
@@ -74,6 +75,10 @@ void validateOptimize(const Options& o) {
     if (o.output.empty())
         refuse("optimize needs -o FOLDER");
     validateSteps(o);
+    checkpointInterval(o); // throws
+    std::error_code ignored; // of folders that are not there
+    if (!o.resume.empty() && std::filesystem::path(o.output) != o.resume && !std::filesystem::equivalent(o.output, o.resume, ignored))
+        refuse("--resume and -o name different folders", "leave -o away");
 }
 
 void validateOpen(const Options& o) {

@@ -241,8 +241,10 @@ nlohmann::ordered_json toConfig(const Options& options) {
         visitTarget(o, writer);
     if (o.command == Command::Gradient)
         visitGradient(o, writer);
-    if (o.command == Command::Optimize)
+    if (o.command == Command::Optimize) {
         visitOptimize(o, writer);
+        writer("checkpoint-every", o.checkpointEvery);
+    }
     if (o.command == Command::Compare)
         visitCompare(o, writer);
     return json;
@@ -261,6 +263,7 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         visitTarget(options, reader);
         visitGradient(options, reader);
         visitOptimize(options, reader);
+        reader("checkpoint-every", options.checkpointEvery);
         visitCompare(options, reader);
         visitView(options, reader);
         visitGuide(options, reader);

@@ -73,6 +73,7 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
     config.lightSampling = !options_.noLightSampling;
     config.memoryBudget = options_.memory << 20;
     config.guiding = usesGuide(options_);
+    config.roulette = config.guiding && options_.roulette && options_.isReverse();
     config.guideMemory = options_.guideMemory << 20;
     config.guide.forgetting = double(options_.forgetting);
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);

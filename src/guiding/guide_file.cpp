@@ -1,20 +1,18 @@
 // Guides on disk. Little endian: magic, version, bytes of content, content, FNV-1a of everything before.
 #include "guiding/guide_file.h"
 
+#include "base/byte_stream.h"
 #include "base/error.h"
 #include "scene/file_io.h"
 #include "shared/guide.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <concepts>
 
 namespace cmpg {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x0a45444955475643; // "CVGUIDE\n"
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 8 + 4 + 8, kChecksumBytes = 8;
 constexpr std::uint64_t kMaxQuadNodes = 1u << 26; // as many as the largest --guide-memory holds
 
@@ -25,100 +23,26 @@ std::uint64_t fnv1a(std::span<const std::uint8_t> bytes) {
     return hash;
 }
 
-class Writer {
-  public:
-    void put(std::unsigned_integral auto value) {
-        for (std::size_t i = 0; i < sizeof value; ++i)
-            bytes.push_back(std::uint8_t(std::uint64_t(value) >> (8 * i)));
-    }
-    void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
-    void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
-    void put(const std::string& text) {
-        count(text.size());
-        bytes.insert(bytes.end(), text.begin(), text.end());
-    }
-    void count(std::size_t n) { put(std::uint64_t(n)); }
-
-    Bytes bytes;
-};
-
-// Everything that is wrong with a file's contents.
-struct Malformed {
-    std::string what;
-};
-
-class Reader {
-  public:
-    explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-
-    template <std::unsigned_integral T> T get() {
-        T value = 0;
-        const auto part = take(sizeof(T));
-        for (std::size_t i = 0; i < sizeof(T); ++i)
-            value = T(value | T(part[i]) << (8 * i));
-        return value;
-    }
-    double real() { return std::bit_cast<double>(get<std::uint64_t>()); }
-    float single() { return std::bit_cast<float>(get<std::uint32_t>()); }
-    // A number that a figure can be: finite and not negative.
-    double figure(const char* what) {
-        const double value = real();
-        if (!std::isfinite(value) || value < 0)
-            throw Malformed{std::string(what) + " is negative or not finite"};
-        return value;
-    }
-    // How many things of at least `bytes` each follow: never more than the rest of the file can hold.
-    std::size_t count(std::size_t bytes) {
-        const auto n = get<std::uint64_t>();
-        if (n > bytes_.size() / bytes)
-            throw Malformed{"it announces more than it holds"};
-        return std::size_t(n);
-    }
-    std::string text() {
-        const auto part = take(count(1));
-        return {part.begin(), part.end()};
-    }
-    void end() const {
-        if (!bytes_.empty())
-            throw Malformed{"it holds more than it announces"};
-    }
-
-  private:
-    std::span<const std::uint8_t> take(std::size_t n) {
-        if (n > bytes_.size())
-            throw Malformed{"it announces more than it holds"};
-        const auto part = bytes_.first(n);
-        bytes_ = bytes_.subspan(n);
-        return part;
-    }
-    std::span<const std::uint8_t> bytes_;
-};
-
-void put(Writer& out, const std::map<Sampling, SamplingFigures>& figures) {
+void put(ByteWriter& out, const std::map<Sampling, SamplingFigures>& figures) {
     out.count(figures.size());
     for (const auto& [kind, f] : figures) {
         out.put(std::uint32_t(kind));
-        out.put(f.variance);
-        out.put(f.rays);
-        out.put(f.passes);
+        putFigures(out, f);
     }
 }
 
-std::map<Sampling, SamplingFigures> getFigures(Reader& in) {
+std::map<Sampling, SamplingFigures> getKinds(ByteReader& in) {
     std::map<Sampling, SamplingFigures> figures;
     for (std::size_t n = in.count(4 + 2 * 8 + 4); n-- > 0;) {
         const auto kind = in.get<std::uint32_t>();
         if (kind >= std::uint32_t(Sampling::Auto) || figures.contains(Sampling(kind)))
             throw Malformed{"a sampling kind is unknown or named twice"};
-        SamplingFigures& f = figures[Sampling(kind)];
-        f.variance = in.figure("a variance");
-        f.rays = in.figure("a number of rays");
-        f.passes = in.get<std::uint32_t>();
+        figures[Sampling(kind)] = getFigures(in);
     }
     return figures;
 }
 
-void put(Writer& out, const GuideRecord& record) {
+void put(ByteWriter& out, const GuideRecord& record) {
     out.put(record.geometry);
     out.count(record.parameters.size());
     for (const std::string& name : record.parameters)
@@ -129,20 +53,20 @@ void put(Writer& out, const GuideRecord& record) {
     out.put(record.reference);
 }
 
-GuideRecord getRecord(Reader& in) {
+GuideRecord getRecord(ByteReader& in) {
     GuideRecord record;
     record.geometry = in.get<std::uint64_t>();
     record.parameters.resize(in.count(8));
     for (std::string& name : record.parameters)
         name = in.text();
-    record.figures = getFigures(in);
-    record.rouletteFigures = getFigures(in);
-    record.imageFigures = getFigures(in);
+    record.figures = getKinds(in);
+    record.rouletteFigures = getKinds(in);
+    record.imageFigures = getKinds(in);
     record.reference = in.figure("the reference of the roulette");
     return record;
 }
 
-void put(Writer& out, const SdTreeConfig& config) {
+void put(ByteWriter& out, const SdTreeConfig& config) {
     out.put(config.cellRecords);
     out.put(config.directionShare);
     out.put(config.forgetting);
@@ -151,7 +75,7 @@ void put(Writer& out, const SdTreeConfig& config) {
     out.put(config.maxNodes);
 }
 
-SdTreeConfig getConfig(Reader& in) {
+SdTreeConfig getConfig(ByteReader& in) {
     SdTreeConfig config;
     config.cellRecords = in.get<std::uint32_t>();
     config.directionShare = in.figure("the share of a quadrant that splits");
@@ -165,8 +89,9 @@ SdTreeConfig getConfig(Reader& in) {
     return config;
 }
 
-void put(Writer& out, const GuideCell& cell) {
+void put(ByteWriter& out, const GuideCell& cell) {
     out.put(cell.records);
+    out.put(cell.faded);
     out.put(cell.reflected);
     out.put(cell.derivative);
     out.count(cell.nodes.size());
@@ -180,11 +105,12 @@ void put(Writer& out, const GuideCell& cell) {
             out.put(child);
     }
 }
-constexpr std::size_t kQuadNodeBytes = 4 * (3 * 8 + 4), kCellBytes = 3 * 8 + 8 + kQuadNodeBytes; // with one node
+constexpr std::size_t kQuadNodeBytes = 4 * (3 * 8 + 4), kCellBytes = 4 * 8 + 8 + kQuadNodeBytes; // with one node
 
-GuideCell getCell(Reader& in) {
+GuideCell getCell(ByteReader& in) {
     GuideCell cell;
     cell.records = in.real();
+    cell.faded = in.real();
     cell.reflected = in.real();
     cell.derivative = in.real();
     cell.nodes.resize(in.count(kQuadNodeBytes));
@@ -205,7 +131,7 @@ GuideCell getCell(Reader& in) {
 // Reaches into the tree.
 class GuideFile {
   public:
-    static void put(Writer& out, const SdTree& tree) {
+    static void put(ByteWriter& out, const SdTree& tree) {
         for (const glm::vec3& corner : {tree.lower_, tree.upper_})
             for (int axis = 0; axis < 3; ++axis)
                 out.put(corner[axis]);
@@ -221,7 +147,7 @@ class GuideFile {
             cmpg::put(out, cell);
     }
 
-    static SdTree get(Reader& in) {
+    static SdTree get(ByteReader& in) {
         SdTreeConfig least;
         least.maxNodes = 1;
         SdTree tree({}, {}, least);
@@ -244,12 +170,29 @@ class GuideFile {
     }
 };
 
+void putTree(ByteWriter& out, const SdTree& tree) { GuideFile::put(out, tree); }
+SdTree getTree(ByteReader& in) { return GuideFile::get(in); }
+
+void putFigures(ByteWriter& out, const SamplingFigures& figures) {
+    out.put(figures.variance);
+    out.put(figures.rays);
+    out.put(figures.passes);
+}
+
+SamplingFigures getFigures(ByteReader& in) {
+    SamplingFigures figures;
+    figures.variance = in.figure("a variance");
+    figures.rays = in.figure("a number of rays");
+    figures.passes = in.get<std::uint32_t>();
+    return figures;
+}
+
 void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideRecord& record) {
-    Writer content;
+    ByteWriter content;
     put(content, record);
     GuideFile::put(content, tree);
 
-    Writer out;
+    ByteWriter out;
     out.put(kMagic);
     out.put(kVersion);
     out.count(content.bytes.size());
@@ -264,11 +207,11 @@ LoadedGuide loadGuide(const std::filesystem::path& file) {
         return Error(ExitCode::Input, file.string() + " " + what, cause, remedy);
     };
     const std::span<const std::uint8_t> all = bytes;
-    if (all.size() < 8 || Reader(all).get<std::uint64_t>() != kMagic)
+    if (all.size() < 8 || ByteReader(all).get<std::uint64_t>() != kMagic)
         throw refuse("is no guide", "it is another kind of file, or empty", "name a file that --save-guide wrote");
     if (all.size() < kHeaderBytes + kChecksumBytes)
         throw refuse("is truncated", "writing or copying it was cut short");
-    Reader header(all.subspan(8));
+    ByteReader header(all.subspan(8));
     if (const auto version = header.get<std::uint32_t>(); version != kVersion)
         throw refuse("is a guide of version " + std::to_string(version) + ", not " + std::to_string(kVersion),
                      "another version of this program wrote it");
@@ -276,10 +219,10 @@ LoadedGuide loadGuide(const std::filesystem::path& file) {
     const std::size_t present = all.size() - kHeaderBytes - kChecksumBytes;
     if (size != present)
         throw refuse(size > present ? "is truncated" : "has bytes after its end", "writing or copying it went wrong");
-    if (Reader(all.last(kChecksumBytes)).get<std::uint64_t>() != fnv1a(all.first(all.size() - kChecksumBytes)))
+    if (ByteReader(all.last(kChecksumBytes)).get<std::uint64_t>() != fnv1a(all.first(all.size() - kChecksumBytes)))
         throw refuse("is damaged: its checksum is wrong", "it was changed after it was written");
     try {
-        Reader in(all.subspan(kHeaderBytes, present));
+        ByteReader in(all.subspan(kHeaderBytes, present));
         GuideRecord record = getRecord(in);
         SdTree tree = GuideFile::get(in);
         in.end();

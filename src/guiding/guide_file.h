@@ -1,6 +1,7 @@
 // Guides on disk: versioned, checked, bound to the scene's geometry and to the names of the parameters.
 #pragma once
 
+#include "base/byte_stream.h"
 #include "guiding/sampling_choice.h"
 #include "guiding/sd_tree.h"
 
@@ -28,5 +29,11 @@ struct LoadedGuide {
 };
 // Error(Input) on a file that is none, of another version, truncated, or whose contents do not validate; the message says which.
 LoadedGuide loadGuide(const std::filesystem::path& file);
+
+// The parts that other files have in common with a guide's. What is read is checked as a guide is; Malformed says what is wrong.
+void putTree(ByteWriter& out, const SdTree& tree);
+SdTree getTree(ByteReader& in);
+void putFigures(ByteWriter& out, const SamplingFigures& figures);
+SamplingFigures getFigures(ByteReader& in);
 
 } // namespace cmpg

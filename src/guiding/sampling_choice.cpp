@@ -35,7 +35,7 @@ bool SamplingChoice::differencesTell() const {
 }
 
 SamplingFigures SamplingChoice::figures(std::size_t way) const {
-    SamplingFigures f = figures_[way];
+    SamplingFigures f = state_.figures[way];
     if (!ways_[way].roulette && differencesTell())
         f.variance = *differences_[way].variance() * unit_;
     return f;
@@ -79,16 +79,16 @@ void SamplingChoice::observe(const SamplingWay& way, double variance, double ray
     const std::size_t i = indexOf(way);
     if (i == ways_.size())
         return;
-    const SamplingFigures before = figures_[i];
-    figures_[i].add(variance, raysPerPath);
+    const SamplingFigures before = state_.figures[i];
+    state_.figures[i].add(variance, raysPerPath);
     if (drifting)
         differences_.assign(ways_.size(), {}); // passes differ by more than their noise
-    const bool inARow = std::exchange(last_, i) == i;
+    const bool inARow = std::exchange(state_.last, i) == i;
     if (!drifting || !inARow || !(before.variance > 0))
         return;
-    for (std::size_t other = 0; other < figures_.size(); ++other)
+    for (std::size_t other = 0; other < state_.figures.size(); ++other)
         if (other != i)
-            figures_[other].variance *= figures_[i].variance / before.variance;
+            state_.figures[other].variance *= state_.figures[i].variance / before.variance;
 }
 
 void SamplingChoice::observeResult(const SamplingWay& way, std::span<const double> result, double unit) {
@@ -104,12 +104,12 @@ void SamplingChoice::observeRoulette(Sampling kind, double varianceRatio, double
     if (plain == ways_.size() || i == ways_.size())
         return;
     const SamplingFigures f = figures(plain);
-    figures_[i] = {f.variance * varianceRatio, f.rays * raysRatio, f.passes};
+    state_.figures[i] = {f.variance * varianceRatio, f.rays * raysRatio, f.passes};
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
-        figures_[i] = figures;
+        state_.figures[i] = figures;
     differences_.assign(ways_.size(), {});
 }
 

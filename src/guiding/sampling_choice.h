@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cmpg {
@@ -28,7 +29,7 @@ struct SamplingFigures {
 // Chooses by variance x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
-    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), figures_(ways_.size()), differences_(ways_.size()) {}
+    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{.figures = std::vector<SamplingFigures>(ways_.size())}, differences_(ways_.size()) {}
 
     // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
     // not far behind, since the guide changes.
@@ -48,6 +49,16 @@ class SamplingChoice {
     const std::vector<SamplingWay>& ways() const { return ways_; }
     SamplingFigures figures(std::size_t way) const;
     void setFigures(const SamplingWay& way, const SamplingFigures& figures);
+    // All that next() and observe() go by in an optimisation, beside the ways: no results are observed there.
+    struct State {
+        std::vector<SamplingFigures> figures;
+        std::size_t last = ~std::size_t(0); // way observed last
+    };
+    const State& state() const { return state_; }
+    void restore(State state) { // of as many ways
+        state_ = std::move(state);
+        differences_.assign(ways_.size(), {});
+    }
     // Variance times cost; infinite where nothing was measured.
     double score(std::size_t way) const;
 
@@ -56,10 +67,9 @@ class SamplingChoice {
     bool differencesTell() const;                      // the variance of every way without roulette
 
     std::vector<SamplingWay> ways_;
-    std::vector<SamplingFigures> figures_; // variances from moments
+    State state_; // variances from moments
     std::vector<PassDifferences> differences_;
     double unit_ = 1; // of their variances
-    std::size_t last_ = ~std::size_t(0); // way observed last
 };
 
 } // namespace cmpg

@@ -112,6 +112,8 @@ std::string SdTree::validate() const {
             return name + " is nobody's";
         if (!isNumber(cell.records) || !isNumber(cell.reflected) || !isNumber(cell.derivative))
             return name + " has a negative or non-finite sum";
+        if (!isNumber(cell.faded) || cell.faded > 1)
+            return name + " has faded by an impossible factor";
         if (const std::string wrong = validateQuadtree(cell.nodes, config_.maxQuadDepth); !wrong.empty())
             return name + ": " + wrong;
         const GuideMass all = cell.total();

@@ -34,10 +34,12 @@ struct QuadNode {
 struct GuideCell {
     std::vector<QuadNode> nodes; // [0] is the root; at least one
     double records = 0;          // statistical weight of the sums: means are sums / records
+    double faded = 1;            // factor on the weight and all sums, applied when the cell learns again: until then its means are the same bits
     // Sums of mean_rgb R_i and of the L1 norm of T_i over all vertices, light sampling included.
     double reflected = 0, derivative = 0;
     bool changed = true; // since the last publication: means differ
     GuideMass total() const;
+    double weight() const { return records * faded; } // against other cells
 };
 
 // Split at the middle; the axis cycles x, y, z with the depth.

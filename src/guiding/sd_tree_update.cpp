@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -186,16 +187,18 @@ UpdateReport SdTree::update(std::span<const CellRecords> records) {
         for (std::size_t i = begin; i < end; ++i) {
             GuideCell& cell = cells_[i];
             const bool known = cell.records > 0;
-            scale(cell, config_.forgetting);
-            if (cell.records < kForgotten)
-                scale(cell, 0);
-            const bool learns = byCell[i] && byCell[i]->count > 0;
+            cell.faded = known ? cell.faded * config_.forgetting : 1;
+            const bool forgotten = known && cell.weight() < kForgotten, learns = byCell[i] && byCell[i]->count > 0;
+            if (forgotten)
+                cell.faded = 0;
+            if (forgotten || learns)
+                scale(cell, std::exchange(cell.faded, 1.0));
             if (learns) {
                 add(cell, *byCell[i]);
                 tree.fresh[i] = double(byCell[i]->count);
+                sumUp(cell.nodes);
             }
-            cell.changed |= learns || (known && cell.records == 0);
-            sumUp(cell.nodes);
+            cell.changed |= learns || forgotten;
         }
     });
     if (first) {

@@ -1,6 +1,7 @@
 // What an optimisation needs from whatever makes its images: an image and its reverse-mode derivative, per view.
 #pragma once
 
+#include "base/byte_stream.h"
 #include "render/renderer.h"
 
 namespace cmpg {
@@ -19,6 +20,11 @@ class ImageModel {
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
     // After the passes of a step, before its update: the model may learn from them.
     virtual void endStep() {}
+    // After the update, with all values set: what was learned reaches the passes to come.
+    virtual void publish() {}
+    // What was learned so far, `steps` steps: as the last step left it. restore() changes nothing where it throws Malformed or Error.
+    virtual void save(ByteWriter&) const {}
+    virtual void restore(ByteReader&, std::uint32_t /*steps*/) {}
 };
 
 } // namespace cmpg

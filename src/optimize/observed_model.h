@@ -24,6 +24,9 @@ class ObservedModel final : public ImageModel {
     }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
     void endStep() override { inner_.endStep(); }
+    void publish() override { inner_.publish(); }
+    void save(ByteWriter& out) const override { inner_.save(out); }
+    void restore(ByteReader& in, std::uint32_t steps) override { inner_.restore(in, steps); }
 
   private:
     ImageModel& inner_;

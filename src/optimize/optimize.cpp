@@ -37,6 +37,14 @@ SquareSum squareSum(std::span<const double> gradient) {
 
 } // namespace
 
+StepRecord recordOf(const StepReport& report) {
+    double squares = 0;
+    for (const double norm : report.gradientNorm)
+        squares += norm * norm;
+    return {report.loss,           report.regularizer,   report.rate,        report.secondsPrimal, report.secondsGradient,
+            report.secondsUpdate, std::sqrt(squares), report.dropped};
+}
+
 PassKey pictureKey(std::uint64_t seed, std::size_t view) {
     return {seed, ~0u - std::uint32_t(view), kPrimalPass};
 }
@@ -73,9 +81,10 @@ StepReport Optimization::step() {
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
     for (std::size_t view = 0; view < model_.views(); ++view)
         addView(view, report);
+    sumUp(report);
     model_.endStep();
     applyUpdate(report);
-    ++state_.step;
+    publish(report);
     return report;
 }
 
@@ -107,12 +116,14 @@ void Optimization::addView(std::size_t view, StepReport& report) {
     report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
 }
 
-void Optimization::applyUpdate(StepReport& report) {
-    const ScopedTime time(report.secondsUpdate);
+double Optimization::rateFactor() const {
     const OptimizerConfig& optimizer = config_.optimizer;
-    const double factor = rateFactor_ * scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
-    report.rate = slotRate(optimizer, scene_.parameters[parameters_[0]].kind) * factor * state_.moments[0].unit;
+    return rateFactor_ * scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
+}
 
+void Optimization::sumUp(StepReport& report) {
+    const ScopedTime time(report.secondsUpdate);
+    report.rate = slotRate(config_.optimizer, scene_.parameters[parameters_[0]].kind) * rateFactor() * state_.moments[0].unit;
     std::uint64_t finite = 0;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         if (config_.totalVariation != 0)
@@ -125,13 +136,49 @@ void Optimization::applyUpdate(StepReport& report) {
         throw Error(ExitCode::Numerical, "no gradient of step " + std::to_string(state_.step) + " is finite",
                     "values of the scene or the target are too large, or a learning rate threw the parameters off",
                     "lower the learning rate or look at the target");
+}
 
-    if (state_.step < config_.warmUp)
-        return;
+void Optimization::applyUpdate(StepReport& report) {
+    const ScopedTime time(report.secondsUpdate);
+    const double factor = rateFactor();
+    if (state_.step >= config_.warmUp)
+        for (std::size_t i = 0; i < parameters_.size(); ++i)
+            report.dropped += updateParameter(config_.optimizer, state_.step - state_.moments[i].start, factor, gradients_[i], state_.moments[i],
+                                              scene_.parameters[parameters_[i]]);
+    state_.history.push_back(recordOf(report));
+    ++state_.step;
+}
+
+void Optimization::publish(StepReport& report) {
+    {
+        const ScopedTime time(report.secondsUpdate);
+        if (report.step >= config_.warmUp)
+            for (const std::uint32_t p : parameters_)
+                model_.setParameter(p, scene_.parameters[p].values);
+    }
+    model_.publish();
+}
+
+void Optimization::requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values,
+                               const std::vector<std::vector<double>>& gradients) const {
+    bool fits = values.size() == parameters_.size() && gradients.size() == parameters_.size() && state.moments.size() == parameters_.size();
+    for (std::size_t i = 0; fits && i < parameters_.size(); ++i) {
+        const std::size_t entries = scene_.parameters[parameters_[i]].entries();
+        const Moments& moments = state.moments[i];
+        fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
+               moments.second.size() == state_.moments[i].second.size();
+    }
+    if (!fits)
+        throw Error(ExitCode::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
+}
+
+void Optimization::restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients) {
+    requireFits(state, values, gradients);
+    state_ = std::move(state);
+    gradients_ = std::move(gradients);
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        Parameter& parameter = scene_.parameters[parameters_[i]];
-        report.dropped += updateParameter(optimizer, state_.step - state_.moments[i].start, factor, gradients_[i], state_.moments[i], parameter);
-        model_.setParameter(parameters_[i], parameter.values);
+        scene_.parameters[parameters_[i]].values = values[i];
+        model_.setParameter(parameters_[i], values[i]);
     }
 }
 

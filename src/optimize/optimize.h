@@ -34,10 +34,20 @@ struct StepReport {
     std::uint64_t dropped = 0;        // gradient entries and pixels left out because they were not finite
 };
 
+// What is kept of a step for good.
+struct StepRecord {
+    double loss = 0, regularizer = 0, rate = 0; // as in StepReport, like the rest
+    double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0;
+    double gradientNorm = 0; // over all parameters
+    std::uint64_t dropped = 0;
+};
+StepRecord recordOf(const StepReport& report);
+
 // All that changes from step to step and is not in Scene::parameters.
 struct OptimizeState {
     std::uint32_t step = 0; // steps done
     std::vector<Moments> moments;
+    std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
 };
 
 // Random numbers of the image of a view that is made to be looked at: of no step.
@@ -49,9 +59,14 @@ class Optimization {
     // and its target do not fit. `start`: to go on from another run; its moments are those of `parameters`.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
-    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; then the model learns; regulariser,
-    // update, projection. Error(Numerical) if no gradient entry at all is finite.
+    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
+    // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
+    // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
+    // To go on where another run of the same parameters was after a step: with its values and gradients, which fit.
+    void restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients);
+    // Error(Input) if they do not.
+    void requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values, const std::vector<std::vector<double>>& gradients) const;
     // Steps until done or stopped, calling `afterStep` after each. False: stopped.
     bool run(const std::function<void(const StepReport&)>& afterStep = {});
 
@@ -72,7 +87,10 @@ class Optimization {
 
   private:
     void addView(std::size_t view, StepReport& report);
+    void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
+    void publish(StepReport& report);
+    double rateFactor() const; // schedule included
 
     ImageModel& model_;
     Scene& scene_;

@@ -26,6 +26,9 @@ class RendererModel final : public ImageModel {
         if (++step_ >= freeze_)
             passes_.setLearning(false);
     }
+    void publish() override { passes_.publish(); }
+    void save(ByteWriter& out) const override;
+    void restore(ByteReader& in, std::uint32_t steps) override;
 
   private:
     Renderer& renderer_;

@@ -1,10 +1,9 @@
 // The folder an optimisation writes.
 #include "optimize/run_folder.h"
 
-#include "base/error.h"
+#include "scene/file_io.h"
 #include "scene/gltf_export.h"
 
-#include <cmath>
 #include <cstdio>
 
 namespace cmpg {
@@ -20,6 +19,17 @@ void makeFolder(const fs::path& folder) {
     if (!fs::is_directory(folder))
         throw Error(ExitCode::Output, "cannot make the folder " + folder.string(),
                     error ? error.message() : "a file of that name is in the way", "choose another folder with -o");
+}
+
+Error unwritable(const fs::path& file) {
+    return {ExitCode::Output, "cannot write " + file.string(), "the folder is read-only or gone, or the disk full", "choose another folder with -o"};
+}
+
+std::string row(std::size_t step, const StepRecord& r) {
+    char text[320];
+    std::snprintf(text, sizeof text, "%zu,%.9g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", step, r.loss, r.regularizer, r.rate, r.secondsPrimal,
+                  r.secondsGradient, r.secondsUpdate, r.gradientNorm, static_cast<unsigned long long>(r.dropped));
+    return text;
 }
 
 // initial.exr, or initial.<view>.exr where there are several.
@@ -38,21 +48,59 @@ Image parameterImage(const Parameter& parameter, std::span<const double> values)
     return image;
 }
 
-RunFolder::RunFolder(fs::path folder) : path_(std::move(folder)) {
+void RunFolder::attempt(const std::function<void()>& write) {
+    try {
+        write();
+    } catch (const Error& error) {
+        if (!failed_)
+            throw;
+        failed_(error);
+    }
+}
+
+RunFolder::RunFolder(fs::path folder, std::span<const StepRecord> history) : path_(std::move(folder)) {
     makeFolder(path_);
-    const fs::path file = path_ / "loss.csv";
-    csv_.open(file, std::ios::trunc);
-    csv_ << kHeader << std::flush;
-    if (!csv_)
-        throw Error(ExitCode::Output, "cannot write " + file.string(), "the folder is read-only or the disk full",
-                    "choose another folder with -o");
-    outputs_.emplace_back("loss", file);
+    writeLosses(history);
+    outputs_.emplace_back("loss", path_ / "loss.csv");
+}
+
+void RunFolder::writeLosses(std::span<const StepRecord> history) {
+    attempt([&] {
+        csv_.close();
+        makeFolder(path_);
+        std::string text = kHeader;
+        for (std::size_t i = 0; i < history.size(); ++i)
+            text += row(i, history[i]);
+        const fs::path file = path_ / "loss.csv";
+        writeFile(file, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+        csv_.clear();
+        csv_.open(file, std::ios::app);
+        if (!csv_)
+            throw unwritable(file);
+    });
+}
+
+void RunFolder::appendStep(const StepReport& report) {
+    if (!csv_.is_open())
+        return;
+    attempt([&] {
+        const fs::path file = path_ / "loss.csv";
+        std::error_code ignored;
+        csv_ << row(report.step, recordOf(report)) << std::flush;
+        if (csv_ && fs::exists(file, ignored)) // what is written into a file that was removed is gone
+            return;
+        csv_.close();
+        csv_.setstate(std::ios::failbit);
+        throw unwritable(file);
+    });
 }
 
 void RunFolder::writeImage(const std::string& name, const fs::path& file, const Image& image) {
-    makeFolder(file.parent_path());
-    writeExr(file, image);
-    outputs_.emplace_back(name, file);
+    attempt([&] {
+        makeFolder(file.parent_path());
+        writeExr(file, image);
+        outputs_.emplace_back(name, file);
+    });
 }
 
 void RunFolder::writeTargets(const Optimization& run) {
@@ -71,19 +119,6 @@ void RunFolder::writeInitial(Optimization& run, std::uint32_t spp) {
         initial_.push_back(run.render(view, spp));
         writeImage(name, path_ / name, initial_.back());
     }
-}
-
-void RunFolder::appendStep(const StepReport& report) {
-    double squares = 0;
-    for (const double norm : report.gradientNorm)
-        squares += norm * norm;
-    char row[320];
-    std::snprintf(row, sizeof row, "%u,%.9g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", report.step, report.loss, report.regularizer,
-                  report.rate, report.secondsPrimal, report.secondsGradient, report.secondsUpdate, std::sqrt(squares),
-                  static_cast<unsigned long long>(report.dropped));
-    csv_ << row << std::flush;
-    if (!csv_)
-        throw Error(ExitCode::Output, "cannot write " + (path_ / "loss.csv").string(), "the disk is full or the folder was removed");
 }
 
 void RunFolder::writeImages(Optimization& run, std::uint32_t spp) {
@@ -109,9 +144,11 @@ void RunFolder::writeImages(Optimization& run, std::uint32_t spp) {
 }
 
 void RunFolder::writeScene(const Optimization& run) {
-    exportGltf(run.scene(), run.parameters(), path_);
-    outputs_.emplace_back("scene.gltf", path_ / "scene.gltf");
-    outputs_.emplace_back("parameters", path_ / "parameters");
+    attempt([&] {
+        exportGltf(run.scene(), run.parameters(), path_);
+        outputs_.emplace_back("scene.gltf", path_ / "scene.gltf");
+        outputs_.emplace_back("parameters", path_ / "parameters");
+    });
 }
 
 } // namespace cmpg

@@ -1,6 +1,7 @@
 // The folder an optimisation writes: what it was, how it went, what came out.
 #pragma once
 
+#include "base/error.h"
 #include "optimize/optimize.h"
 
 #include <fstream>
@@ -17,19 +18,23 @@ namespace cmpg {
 // so that what is there is whole at any time.
 class RunFolder {
   public:
-    // Makes the folder and starts loss.csv. Error(Output) if that fails.
-    explicit RunFolder(std::filesystem::path folder);
+    // Makes the folder and starts loss.csv with the steps of a run that this one goes on from. Error(Output) if that fails.
+    explicit RunFolder(std::filesystem::path folder, std::span<const StepRecord> history = {});
+    // From now on what cannot be written is told instead of thrown, and everything else is written all the same.
+    using Failed = std::function<void(const Error& error)>;
+    void tolerate(Failed failed) { failed_ = std::move(failed); }
+    // Runs what writes to the folder.
+    void attempt(const std::function<void()>& write);
 
     void writeTargets(const Optimization& run);
     // Initial images: before the first step.
     void writeInitial(Optimization& run, std::uint32_t spp);
+    // After a failure rows wait for writeLosses().
     void appendStep(const StepReport& report);
-    // All results; equally at the end and after an interruption.
-    void writeFinal(Optimization& run, std::uint32_t spp) {
-        writeScene(run);
-        writeImages(run, spp);
-    }
-    // Its two parts. The scene comes first: it is what must not get lost.
+    void writeLosses(std::span<const StepRecord> history); // loss.csv anew
+    bool lossesLag() const { return !csv_.is_open(); }
+    // The results; equally at the end and after an interruption.
+    // The scene comes first: it is what must not get lost.
     void writeScene(const Optimization& run);
     void writeImages(Optimization& run, std::uint32_t spp); // final, difference, gradients
 
@@ -44,7 +49,8 @@ class RunFolder {
     void writeImage(const std::string& name, const std::filesystem::path& file, const Image& image);
 
     std::filesystem::path path_;
-    std::ofstream csv_;
+    std::ofstream csv_; // closed: it could not be written
+    Failed failed_;
     std::vector<std::pair<std::string, std::filesystem::path>> outputs_;
     std::vector<Image> initial_, final_;
 };

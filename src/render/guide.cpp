@@ -71,8 +71,8 @@ const gpu::GuideInfo& Guide::info(const FeatureSet::Pass& pass, const PassSampli
 double Guide::meanRadiance() const {
     double sum = 0, records = 0;
     for (const GuideCell& c : tree.cells()) {
-        sum += c.reflected;
-        records += c.records;
+        sum += c.reflected * c.faded;
+        records += c.weight();
     }
     return records > 0 ? sum / records : 0;
 }
@@ -88,9 +88,15 @@ UpdateReport Guide::update() {
         return {};
     const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_);
     const UpdateReport report = tree.update(records);
-    buffers.publish(tree);
     open_ = false;
+    published_ = false;
     return report;
+}
+
+void Guide::publish() {
+    if (!published_)
+        buffers.publish(tree);
+    published_ = true;
 }
 
 void Guide::discardRecords() {
@@ -110,6 +116,7 @@ void Guide::replace(SdTree other) {
     buffers.clear();
     buffers.publish(tree);
     open_ = false;
+    published_ = true;
 }
 
 } // namespace cmpg

@@ -24,7 +24,8 @@ struct Guide {
         const double mean = tree.empty() ? pilot() : meanRadiance();
         setUnits(mean > 0 ? mean : 1, shortestNormal);
     }
-    UpdateReport update();
+    UpdateReport update(); // of the tree on the host
+    void publish();        // what update() left, if it is not on the device yet
     void discardRecords();
     void replace(SdTree other);
 
@@ -34,7 +35,7 @@ struct Guide {
 
     std::uint64_t mostNodes_; // that surely fit
     bool emission_; // derivatives by emission have no unit of radiance
-    bool open_ = false;
+    bool open_ = false, published_ = true;
     double primalUnit_ = 1, derivativeUnit_ = 1;
     gpu::GuideInfo info_{};
 };

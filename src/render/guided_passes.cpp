@@ -1,6 +1,7 @@
 // Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
 #include "render/guided_passes.h"
 
+#include "base/error.h"
 #include "base/stopwatch.h"
 
 #include <cmath>
@@ -118,6 +119,7 @@ struct GuidedPasses::Impl {
             choice.observeResult(way, result, unit);
         }
         renderer.updateGuide();
+        renderer.publishGuide();
         beginStep();
     }
 
@@ -287,6 +289,30 @@ void GuidedPasses::endStep() {
     impl_->trained = true;
     ++impl_->step;
     impl_->beginStep();
+}
+
+void GuidedPasses::publish() {
+    const ScopedTime time(impl_->seconds);
+    impl_->renderer.publishGuide();
+}
+
+GuidedState GuidedPasses::state() const {
+    const Impl& p = *impl_;
+    return {p.stepStart.images.state(), p.stepStart.derivatives.state(), p.stepStart.reference, p.trained, p.step};
+}
+
+void GuidedPasses::restore(GuidedState state, std::optional<SdTree> tree) {
+    Impl& p = *impl_;
+    if (state.images.figures.size() != p.images.ways().size() || state.derivatives.figures.size() != p.derivatives.ways().size())
+        throw Error(ExitCode::Input, "what was learned is of other ways of sampling", "--sampling or --roulette changed");
+    if (tree)
+        p.renderer.setGuide(std::move(*tree));
+    p.images.restore(std::move(state.images));
+    p.derivatives.restore(std::move(state.derivatives));
+    p.reference = state.reference;
+    p.trained = state.trained;
+    p.step = state.step;
+    p.beginStep();
 }
 
 SamplingDecision GuidedPasses::decision() const { return impl_->decide(impl_->derivatives); }

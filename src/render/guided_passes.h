@@ -5,6 +5,8 @@
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
 
+#include <optional>
+
 namespace cmpg {
 
 struct GuidedOptions {
@@ -19,6 +21,15 @@ struct SamplingDecision {
     Sampling kind = Sampling::Bsdf; // never Auto
     bool roulette = false;
     std::map<Sampling, SamplingFigures> figures, rouletteFigures;
+};
+
+// All that passes of an optimisation depend on from one step to the next beside the parameters and the guide's tree. Units of sums are no
+// part of it: they follow from the tree, the parameters and the pass.
+struct GuidedState {
+    SamplingChoice::State images, derivatives;
+    double reference = 0;
+    bool trained = false;
+    std::uint32_t step = 0;
 };
 
 class GuidedPasses {
@@ -52,8 +63,15 @@ class GuidedPasses {
                           std::vector<std::vector<double>>& gradients);
 
     // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew.
+    // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
+    // whole step behind.
     void setLearning(bool on);
     void endStep();
+    void publish();
+    // As the last step left it, also in the midst of one.
+    GuidedState state() const;
+    // With the tree that belongs to it, and learning as it was. Error(Input) if it is of other ways of sampling, or the tree does not fit.
+    void restore(GuidedState state, std::optional<SdTree> tree);
     // After a pass that was ended early: forgets what was recorded and measured since the last step or learning pass ended, so that
     // it can begin again.
     void abandonStep();

@@ -65,6 +65,8 @@ struct Renderer::Impl {
           buffers(d, s, features, c.differentiable, c.frozenEvaluation) {
         needs.maxDepth = config.maxDepth;
         needs.gradientEntries = buffers.gradientEntries();
+        needs.guiding = config.guiding;
+        needs.roulette = config.roulette;
         if (config.guiding)
             guide.emplace(device, scene, config);
     }
@@ -120,6 +122,8 @@ struct Renderer::Impl {
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
         const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling, learned());
+        if (guide)
+            guide->publish();
         Kernels& k = prepare(pass);
         if (countersOpen)
             countDropped();
@@ -369,7 +373,14 @@ UpdateReport Renderer::updateGuide() {
     return report;
 }
 
+void Renderer::publishGuide() {
+    if (impl_->guide)
+        impl_->guide->publish();
+}
+
 void Renderer::discardRecords() { impl_->guide.value().discardRecords(); }
+
+bool Renderer::hasGuide() const { return impl_->guide.has_value(); }
 
 const SdTree& Renderer::guide() const { return impl_->guide.value().tree; }
 

@@ -26,6 +26,7 @@ struct RenderConfig {
     bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
     bool guiding = false;                                // room for a guide
+    bool roulette = false;                               // and for copies of split paths, before the first pass that makes some
     SdTreeConfig guide;
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
@@ -110,9 +111,11 @@ class Renderer {
     void setInteraction(Interaction interaction);
     void setSampling(const PassSampling& sampling);
     const PassMeasure& lastPass() const;
-    // Fits the guide to the records left since the last call, and publishes it.
+    // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did.
     UpdateReport updateGuide();
+    void publishGuide();
     void discardRecords(); // left since then
+    bool hasGuide() const; // room for one: RenderConfig::guiding
     const SdTree& guide() const;
     void setGuide(SdTree tree); // of this scene's box
 

@@ -87,6 +87,8 @@ void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, c
     if (fs::equivalent(scene.source, folder / "scene.gltf", error))
         throw Error(ExitCode::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
                     "the output folder is the scene's own", "choose another folder");
+    for (const std::uint32_t index : changed) // first: they are what cannot be had again
+        writeExactValues(scene.parameters.at(index), folder);
     const GltfDocument source(scene.source);
     Json root = source.json();
     ExportFolder out(folder);
@@ -102,7 +104,6 @@ void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, c
     bool environmentChanged = false;
     for (const std::uint32_t index : changed) {
         const Parameter& p = scene.parameters.at(index);
-        writeExactValues(p, folder);
         if (scene.environment && index == scene.environment->parameter)
             environmentChanged = true;
         else

@@ -90,7 +90,7 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
     return chosen;
 }
 
-Device::Impl::Impl(const Options& options) {
+Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
     instance = createInstance(options.validation || environmentFlag("CMPG_VALIDATION"));
     auto devices = physicalDevices(*instance);
     std::vector<DeviceInfo> infos;
@@ -135,6 +135,8 @@ RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, v
         return Error(ExitCode::Device, "cannot allocate " + std::to_string(bytes) + " bytes of device memory for '" + name + "'", cause,
                      "lower --memory, the image size or the scene's textures");
     };
+    if (bytes > fault.bytes || memory.current > fault.bytes - bytes)
+        throw outOfMemory("CMPG_FAULT allows " + std::to_string(fault.bytes) + " bytes");
     if (bytes > maxAllocation)
         throw outOfMemory("'" + info.name + "' allows " + std::to_string(maxAllocation) + " bytes per buffer");
     try {
@@ -175,6 +177,9 @@ RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, v
 
 void Device::Impl::submitAndWait(vk::CommandBuffer commands) {
     translating("running commands on '" + info.name + "'", [&] {
+        if (fault.submissions == 0)
+            throw vk::DeviceLostError("CMPG_FAULT");
+        --fault.submissions;
         const vk::SubmitInfo submit(nullptr, nullptr, commands);
         queue.submit(submit, *fence);
         if (device.waitForFences(*fence, true, std::numeric_limits<std::uint64_t>::max()) != vk::Result::eSuccess)

@@ -3,6 +3,7 @@
 
 #include "base/stopwatch.h"
 #include "vk/device.h"
+#include "vk/fault.h"
 #include "vk/instance.h"
 #include "vk/spirv_reflection.h"
 #include "vk/vulkan.h"
@@ -40,6 +41,7 @@ struct Device::Impl {
     vk::raii::BufferView dummyFloat{nullptr}, dummyUint{nullptr};
     RawBuffer staging; // created by the first transfer that needs it
 
+    Fault fault;
     MemoryUse memory;
     std::map<std::string, KernelTime> kernelTimes;
     double compileSeconds = 0;

@@ -2,6 +2,8 @@
 #include "command_line.h"
 
 #include <atomic>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -51,6 +53,50 @@ ProgramResult runProgram(const std::vector<std::string>& arguments, const std::v
     result.out = readText(folder / "out");
     result.err = readText(folder / "err");
     return result;
+}
+
+RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const std::string& folder, const std::vector<std::string>& environment,
+                               const std::function<void()>& prepare)
+    : folder_(folder) {
+    std::filesystem::create_directories(folder);
+    std::vector<std::string> all{CMPG_BINARY};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& a : all)
+        argv.push_back(a.data());
+    argv.push_back(nullptr);
+    const std::string out = folder + "/out", err = folder + "/err";
+    pid_ = fork();
+    if (pid_ != 0)
+        return;
+    for (const std::string& e : environment)
+        setenv(e.substr(0, e.find('=')).c_str(), e.substr(e.find('=') + 1).c_str(), 1);
+    if (prepare)
+        prepare();
+    if (!std::freopen(out.c_str(), "w", stdout) || !std::freopen(err.c_str(), "w", stderr))
+        _exit(127);
+    execv(CMPG_BINARY, argv.data());
+    _exit(127);
+}
+
+RunningProgram::~RunningProgram() {
+    if (running())
+        kill(SIGKILL);
+    wait();
+}
+
+bool RunningProgram::running() {
+    if (status_ < 0 && waitpid(pid_, &status_, WNOHANG) != pid_)
+        status_ = -1;
+    return status_ < 0;
+}
+
+void RunningProgram::kill(int signal) { ::kill(pid_, signal); }
+
+ProgramResult RunningProgram::wait() {
+    if (status_ < 0)
+        waitpid(pid_, &status_, 0);
+    return {WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_), readText(folder_ + "/out"), readText(folder_ + "/err")};
 }
 
 TemporaryFolder::TemporaryFolder() {

@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,25 @@ struct ProgramResult {
     std::string out, err;
 };
 ProgramResult runProgram(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}); // "NAME=VALUE"
+
+// The program in a process of its own, to be disturbed while it works.
+class RunningProgram {
+  public:
+    // Its output goes to files in `folder`. `prepare` runs in the new process before the program does.
+    RunningProgram(const std::vector<std::string>& arguments, const std::string& folder, const std::vector<std::string>& environment = {},
+                   const std::function<void()>& prepare = {});
+    ~RunningProgram(); // kills it
+    RunningProgram(const RunningProgram&) = delete;
+
+    int pid() const { return pid_; }
+    bool running();
+    void kill(int signal);
+    ProgramResult wait(); // for its end
+
+  private:
+    int pid_ = -1, status_ = -1;
+    std::string folder_;
+};
 
 // A folder of its own that goes with the object.
 class TemporaryFolder {

@@ -180,10 +180,10 @@ TEST_F(GuideFileTest, SaysWhatIsWrong) {
     saveGuide(file(), smallTree(), someRecord());
     const Bytes whole = readFile(file());
     Bytes bytes = whole;
-    bytes[8] = 2;
-    EXPECT_TRUE(contains(refusal(bytes), "of version 2, not 1"));
+    bytes[8] = 3;
+    EXPECT_TRUE(contains(refusal(bytes), "of version 3, not 2"));
     seal(bytes);
-    EXPECT_TRUE(contains(refusal(bytes), "of version 2, not 1"));
+    EXPECT_TRUE(contains(refusal(bytes), "of version 3, not 2"));
     bytes = whole;
     bytes[whole.size() / 2] ^= 1;
     EXPECT_TRUE(contains(refusal(bytes), "checksum"));

@@ -75,10 +75,10 @@ struct TreeTotals {
 inline TreeTotals totals(const SdTree& tree) {
     TreeTotals t;
     for (const GuideCell& cell : tree.cells()) {
-        t.mass += cell.total();
-        t.records += cell.records;
-        t.reflected += cell.reflected;
-        t.derivative += cell.derivative;
+        t.mass += cell.total() * cell.faded;
+        t.records += cell.weight();
+        t.reflected += cell.reflected * cell.faded;
+        t.derivative += cell.derivative * cell.faded;
     }
     return t;
 }
@@ -94,7 +94,7 @@ inline bool same(const SdTree& a, const SdTree& b) {
             return false;
     for (std::size_t i = 0; i < a.cells().size(); ++i) {
         const GuideCell &x = a.cells()[i], &y = b.cells()[i];
-        if (x.records != y.records || x.reflected != y.reflected || x.derivative != y.derivative || x.changed != y.changed ||
+        if (x.records != y.records || x.faded != y.faded || x.reflected != y.reflected || x.derivative != y.derivative || x.changed != y.changed ||
             x.nodes.size() != y.nodes.size())
             return false;
         for (std::size_t n = 0; n < x.nodes.size(); ++n)

@@ -1,0 +1,163 @@
+// All that an optimisation needs to go on as if it had not ended.
+#include "optimize/checkpoint.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+
+namespace cmpg {
+namespace {
+
+void put(ByteWriter& out, const Checkpoint::Identity& identity) {
+    out.count(identity.size());
+    for (const auto& [name, value] : identity) {
+        out.put(name);
+        out.put(value);
+    }
+}
+
+Checkpoint::Identity getIdentity(ByteReader& in) {
+    Checkpoint::Identity identity(in.count(2 * 8));
+    for (auto& [name, value] : identity) {
+        name = in.text();
+        value = in.text();
+    }
+    return identity;
+}
+
+void put(ByteWriter& out, const OptimizeState& state) {
+    out.put(state.step);
+    out.count(state.moments.size());
+    for (const Moments& m : state.moments) {
+        out.put(m.unit);
+        out.put(m.start);
+        out.put(m.first);
+        out.put(m.second);
+    }
+    out.count(state.history.size());
+    for (const StepRecord& r : state.history) {
+        for (const double value : {r.loss, r.regularizer, r.rate, r.secondsPrimal, r.secondsGradient, r.secondsUpdate, r.gradientNorm})
+            out.put(value);
+        out.put(r.dropped);
+    }
+}
+
+OptimizeState getState(ByteReader& in) {
+    OptimizeState state;
+    state.step = in.get<std::uint32_t>();
+    state.moments.resize(in.count(4 + 4 + 8 + 8));
+    for (Moments& m : state.moments) {
+        m.unit = in.single();
+        m.start = in.get<std::uint32_t>();
+        m.first = in.reals<float>();
+        m.second = in.reals<float>();
+    }
+    state.history.resize(in.count(8 * 8));
+    for (StepRecord& r : state.history) {
+        for (double* value : {&r.loss, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})
+            *value = in.real();
+        r.dropped = in.get<std::uint64_t>();
+    }
+    if (state.history.size() != state.step)
+        throw Malformed{"its steps and their records differ in number"};
+    return state;
+}
+
+template <class T> std::vector<std::vector<T>> getVectors(ByteReader& in) {
+    std::vector<std::vector<T>> vectors(in.count(8));
+    for (std::vector<T>& v : vectors)
+        v = in.reals<T>();
+    return vectors;
+}
+
+template <class T> void putVectors(ByteWriter& out, const std::vector<std::vector<T>>& vectors) {
+    out.count(vectors.size());
+    for (const std::vector<T>& v : vectors)
+        out.put(v);
+}
+
+template <class Write> FileSection section(const char* name, Write&& write) {
+    ByteWriter out;
+    write(out);
+    return {name, std::move(out.bytes)};
+}
+
+const Bytes& bytesOf(const std::vector<FileSection>& sections, const char* name) {
+    const auto found = std::find_if(sections.begin(), sections.end(), [&](const FileSection& s) { return s.name == name; });
+    if (found == sections.end())
+        throw Malformed{std::string("it has no section '") + name + "'"};
+    return found->bytes;
+}
+
+template <class Read> auto readSection(const std::vector<FileSection>& sections, const char* name, Read&& read) {
+    ByteReader in(bytesOf(sections, name));
+    auto value = read(in);
+    in.end();
+    return value;
+}
+
+Error invalid(const Malformed& malformed) { return {ExitCode::Input, "it is no valid checkpoint: " + malformed.what, "it was made by something else"}; }
+
+} // namespace
+
+std::vector<FileSection> checkpointSections(const Optimization& run, const ImageModel& model, const Checkpoint::Identity& identity,
+                                            const std::string& config, const std::string& madeWith) {
+    return {section("identity", [&](ByteWriter& out) { put(out, identity); }),
+            section("config", [&](ByteWriter& out) { out.put(config); }),
+            section("device", [&](ByteWriter& out) { out.put(madeWith); }),
+            section("state", [&](ByteWriter& out) { put(out, run.state()); }),
+            section("values",
+                    [&](ByteWriter& out) {
+                        out.count(run.parameters().size());
+                        for (const std::uint32_t p : run.parameters())
+                            out.put(run.scene().parameters[p].values);
+                    }),
+            section("gradient", [&](ByteWriter& out) { putVectors(out, run.gradients()); }),
+            section("learned", [&](ByteWriter& out) { model.save(out); })};
+}
+
+Checkpoint readCheckpoint(const std::vector<FileSection>& sections) {
+    try {
+        Checkpoint c;
+        c.identity = readSection(sections, "identity", getIdentity);
+        c.config = readSection(sections, "config", [](ByteReader& in) { return in.text(); });
+        c.madeWith = readSection(sections, "device", [](ByteReader& in) { return in.text(); });
+        c.state = readSection(sections, "state", getState);
+        c.values = readSection(sections, "values", getVectors<float>);
+        c.gradients = readSection(sections, "gradient", getVectors<double>);
+        c.learned = bytesOf(sections, "learned");
+        for (const std::vector<float>& values : c.values)
+            if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+                throw Malformed{"a value is not finite"};
+        return c;
+    } catch (const Malformed& malformed) {
+        throw invalid(malformed);
+    }
+}
+
+void resume(const Checkpoint& checkpoint, Optimization& run, ImageModel& model) {
+    run.requireFits(checkpoint.state, checkpoint.values, checkpoint.gradients);
+    try {
+        ByteReader in(checkpoint.learned);
+        model.restore(in, checkpoint.state.step);
+    } catch (const Malformed& malformed) {
+        throw invalid(malformed);
+    }
+    run.restore(checkpoint.state, checkpoint.values, checkpoint.gradients);
+}
+
+std::optional<Checkpoint> findCheckpoint(const std::filesystem::path& folder, std::vector<std::string>& refused) {
+    for (const std::filesystem::path& file : checkpointFiles(folder)) {
+        std::error_code ignored;
+        if (!std::filesystem::exists(file, ignored))
+            continue;
+        try {
+            return readCheckpoint(parseSections(readFile(file)));
+        } catch (const Error& error) {
+            refused.push_back(file.string() + ": " + error.what() + (error.cause.empty() ? "" : " (" + error.cause + ")"));
+        }
+    }
+    return std::nullopt;
+}
+
+} // namespace cmpg

@@ -1,0 +1,152 @@
+// Files of named sections. Little endian: magic, version, number of sections, CRC-32 of these; for each section its name, the bytes of its
+// content, CRC-32 of both and the content, content.
+#include "optimize/checkpoint_file.h"
+
+#include "base/byte_stream.h"
+#include "base/error.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+#include <utility>
+#include <zlib.h>
+
+namespace cmpg {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t kMagic = 0x0a504b4347504d43; // "CMPGCKP\n"
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kNameBytes = 8, kHeaderBytes = 8 + 4 + 4 + 4, kSectionBytes = kNameBytes + 8 + 4; // without content
+
+std::uint32_t checksum(std::span<const std::uint8_t> bytes, std::uint32_t before = 0) {
+    return bytes.empty() ? before : std::uint32_t(crc32_z(before, bytes.data(), bytes.size())); // which takes null for a wish to begin
+}
+
+Error refusal(const std::string& what, const std::string& cause) { return {ExitCode::Input, what, cause}; }
+
+// A file descriptor that closes itself.
+class Descriptor {
+  public:
+    Descriptor(const fs::path& path, int flags) : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+    ~Descriptor() {
+        if (descriptor_ >= 0)
+            ::close(descriptor_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    int get() const { return descriptor_; }
+    bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; } // which may tell of writes that failed
+
+  private:
+    int descriptor_;
+};
+
+bool writeAll(int descriptor, std::span<const std::uint8_t> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return false;
+        bytes = bytes.subspan(std::size_t(written));
+    }
+    return true;
+}
+
+// errno of the first thing that failed; 0: it is on the disk.
+int writeSynced(const fs::path& file, std::span<const std::uint8_t> bytes) {
+    errno = 0;
+    Descriptor out(file, O_WRONLY | O_CREAT | O_TRUNC);
+    if (out.get() < 0 || !writeAll(out.get(), bytes) || ::fsync(out.get()) != 0 || !out.close())
+        return errno ? errno : EIO;
+    return 0;
+}
+
+} // namespace
+
+std::vector<fs::path> checkpointFiles(const fs::path& folder) {
+    return {folder / "checkpoint.bin", folder / "checkpoint.previous.bin", folder / "checkpoint.part.bin"};
+}
+
+Bytes joinSections(const std::vector<FileSection>& sections) {
+    ByteWriter out;
+    out.put(kMagic);
+    out.put(kVersion);
+    out.put(std::uint32_t(sections.size()));
+    out.put(checksum(out.bytes));
+    for (const FileSection& section : sections) {
+        std::string name = section.name;
+        name.resize(kNameBytes, '\0');
+        const std::size_t begin = out.bytes.size();
+        out.bytes.insert(out.bytes.end(), name.begin(), name.end());
+        out.count(section.bytes.size());
+        out.put(checksum(section.bytes, checksum(std::span(out.bytes).subspan(begin))));
+        out.bytes.insert(out.bytes.end(), section.bytes.begin(), section.bytes.end());
+    }
+    return std::move(out.bytes);
+}
+
+std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes) {
+    if (bytes.size() < 8 || ByteReader(bytes).get<std::uint64_t>() != kMagic)
+        throw refusal("it is no checkpoint", "it is another kind of file, damaged at its beginning, or empty");
+    if (bytes.size() < kHeaderBytes)
+        throw refusal("it is truncated", "writing or copying it was cut short");
+    ByteReader in(bytes.subspan(8));
+    const auto version = in.get<std::uint32_t>(), count = in.get<std::uint32_t>();
+    if (in.get<std::uint32_t>() != checksum(bytes.first(kHeaderBytes - 4)))
+        throw refusal("it is damaged: the checksum of its beginning is wrong", "it was changed after it was written");
+    if (version != kVersion)
+        throw refusal("it is of version " + std::to_string(version) + ", not " + std::to_string(kVersion), "another version of this program wrote it");
+    std::vector<FileSection> sections;
+    std::size_t at = kHeaderBytes;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::string number = "section " + std::to_string(i);
+        if (bytes.size() - at < kSectionBytes)
+            throw refusal("it is truncated before " + number, "writing or copying it was cut short");
+        const auto head = bytes.subspan(at, kNameBytes + 8);
+        ByteReader sizes(bytes.subspan(at + kNameBytes));
+        const auto size = sizes.get<std::uint64_t>();
+        const auto sum = sizes.get<std::uint32_t>();
+        at += kSectionBytes;
+        if (size > bytes.size() - at)
+            throw refusal("it is truncated in " + number + ", or damaged there", "writing or copying it was cut short, or it was changed");
+        const auto content = bytes.subspan(at, std::size_t(size));
+        if (sum != checksum(content, checksum(head)))
+            throw refusal("it is damaged: the checksum of " + number + " is wrong", "it was changed after it was written");
+        const auto nameEnd = std::find(head.begin(), head.begin() + kNameBytes, 0);
+        sections.push_back({std::string(head.begin(), nameEnd), Bytes(content.begin(), content.end())});
+        at += content.size();
+    }
+    if (at != bytes.size())
+        throw refusal("it has bytes after its end", "writing or copying it went wrong");
+    return sections;
+}
+
+void writeCheckpointFile(const fs::path& folder, const std::vector<FileSection>& sections) {
+    const std::vector<fs::path> files = checkpointFiles(folder);
+    const fs::path &current = files[0], &previous = files[1], &aside = files[2];
+    const auto failed = [&](const std::string& reason) {
+        return Error(ExitCode::Output, "cannot write " + current.string() + ": " + reason, "no permission, no space, or a folder that is gone");
+    };
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (const int failure = writeSynced(aside, joinSections(sections)); failure != 0) {
+        fs::remove(aside, error); // its room may be what others need
+        throw failed(std::strerror(failure));
+    }
+    if (fs::exists(current, error))
+        fs::rename(current, previous, error);
+    if (!error)
+        fs::rename(aside, current, error);
+    if (error)
+        throw failed(error.message());
+    // The names, too, must outlast a loss of power. File systems that cannot sync a folder refuse with EINVAL.
+    errno = 0;
+    const Descriptor names(folder, O_RDONLY | O_DIRECTORY);
+    if (names.get() < 0 || (::fsync(names.get()) != 0 && errno != EINVAL))
+        throw failed(std::strerror(errno));
+}
+
+} // namespace cmpg

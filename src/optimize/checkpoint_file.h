@@ -1,0 +1,26 @@
+// Files of named sections that survive: each is checked by a sum of its own, written aside, synced and renamed, and the one before is kept.
+#pragma once
+
+#include "scene/file_io.h"
+
+#include <string>
+
+namespace cmpg {
+
+struct FileSection {
+    std::string name; // 1 to 8 characters
+    Bytes bytes;
+};
+
+// Of a folder, in the order they are tried: the newest that was named, the one before it, and one that was complete but not named yet.
+std::vector<std::filesystem::path> checkpointFiles(const std::filesystem::path& folder);
+
+// Replaces the first of them, which becomes the second. Makes the folder where it is gone. Error(Output) if anything of it fails: then
+// what was there is still there.
+void writeCheckpointFile(const std::filesystem::path& folder, const std::vector<FileSection>& sections);
+
+// Error(Input) on anything that was not written like this, to the last bit; the message says what is wrong.
+std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes);
+Bytes joinSections(const std::vector<FileSection>& sections);
+
+} // namespace cmpg

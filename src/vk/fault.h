@@ -1,0 +1,15 @@
+// Faults that tests ask for: a device that is lost, memory that runs out.
+#pragma once
+
+#include <cstdint>
+
+namespace cmpg {
+
+// From the environment variable CMPG_FAULT, a hook of tests. What is not asked for never happens, and costs a comparison per submission.
+struct Fault {
+    std::uint64_t submissions = ~std::uint64_t(0); // "lost:N": so many succeed, then the device is lost for good
+    std::uint64_t bytes = ~std::uint64_t(0);       // "memory:N": of device memory there is no more
+};
+Fault faultFromEnvironment(); // Error(Usage) on another value
+
+} // namespace cmpg
