@@ -101,7 +101,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
         f = schlickWeights(wo, wi);
         f0 = dielectricF0(s);
         fr = fresnel(f0, f);
-        if (s.specular > 0.0) transmitted = (1.0 - s.specular * maxComponent(f0)) * f.keep + (1.0 - s.specular) * f.grazing;
+        if (s.specular != 0.0) transmitted = (1.0 - s.specular * maxComponent(f0)) * f.keep + (1.0 - s.specular) * f.grazing;
     }
 
     if (kLobeDiffuse) {

@@ -43,6 +43,7 @@ struct Commands::Impl {
     std::vector<Dispatch> dispatches;
     std::vector<vk::raii::QueryPool> queryPools;
     std::uint32_t queries = 0;      // timestamps written
+    bool otherCommandSince = true;  // the last timestamp is not where the next dispatch begins
 
     explicit Impl(Device::Impl& owner)
         : device(owner), pool(owner.device, vk::CommandPoolCreateInfo({}, owner.queueFamily)),
@@ -155,9 +156,10 @@ void Commands::Impl::dispatch(const Kernel::Impl& kernel, const Bindings& bindin
                                           vk::ArrayProxy<const std::byte>(pushBytes, push.data()));
 
     // A dispatch begins where the one before it ended: on lavapipe a timestamp costs more (20 us) than a small dispatch (9 us).
-    const std::uint32_t begin = queries == 0 ? timestamp() : queries - 1;
+    const std::uint32_t begin = otherCommandSince ? timestamp() : queries - 1;
     launch(commands);
     dispatches.push_back({findKernel(kernel.name).name, begin, timestamp()});
+    otherCommandSince = false;
     if (device.instance->debugUtils)
         commands.endDebugUtilsLabelEXT();
 }
@@ -212,6 +214,11 @@ void Commands::dispatchIndirectBytes(const Kernel& k, const Bindings& b, const B
         throw std::logic_error("kernel '" + k.name() + "': wrong offset of the group counts");
     impl_->dispatch(*k.impl(), b, push,
                     [&](const auto& commands) { commands.dispatchIndirect(*arguments.impl()->raw.buffer, offset); });
+}
+
+void Commands::fill(const Buffer& buffer, std::uint32_t value) {
+    impl_->otherCommandSince = true;
+    impl_->recording().fillBuffer(*buffer.impl()->raw.buffer, 0, buffer.size(), value);
 }
 
 void Commands::barrier() {

@@ -153,6 +153,7 @@ class Commands {
     void dispatchIndirect(const Kernel& k, const Bindings& b, const Buffer& arguments, std::uint64_t offset, const Push& push) {
         dispatchIndirectBytes(k, b, arguments, offset, std::as_bytes(std::span(&push, 1)));
     }
+    void fill(const Buffer& buffer, std::uint32_t value);
     void barrier(); // everything before is visible to everything after; dispatch() does not insert any
 
     void submitAndWait(); // adds to the device's kernelTimes(); throws Error(Device) when the device is lost
