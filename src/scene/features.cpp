@@ -56,8 +56,10 @@ struct Analysis {
                 f.texcoord1 |= p.texcoord == 1;
             }
         }
-        if (m.alphaMask && m.alphaTexture != ~0u)
+        if (m.alphaMask && m.alphaTexture != ~0u) { // which is always packed
+            f.packedTextures = true;
             f.texcoord1 |= scene.alphaTextures[m.alphaTexture].texcoord == 1;
+        }
     }
 
     void addGeometry() {

@@ -13,10 +13,10 @@ struct Results {
     std::vector<std::vector<double>> gradients;
 };
 
-Results run(const std::string& name, const std::vector<std::string>& globs, RenderConfig config, bool everything) {
+Results run(const Scene& scene, const std::vector<std::string>& globs, RenderConfig config, bool everything) {
     config.allFeatures = everything;
     config.maxDepth = 5;
-    Bench s(bundledScene(name), globs, config);
+    Bench s(scene, globs, config);
     const View view = viewOf(s.scene, 32, 24);
     Results r;
     r.image = s.renderer->render(view, 4, {3, 0, 0});
@@ -38,16 +38,20 @@ template <class T> std::size_t different(const std::vector<T>& a, const std::vec
     return count;
 }
 
-void compareWithEverything(const std::string& name, const std::vector<std::string>& globs, const RenderConfig& config = {}) {
+void compareWithEverything(const Scene& scene, const std::vector<std::string>& globs, const RenderConfig& config = {}) {
     if (device().info().type != "cpu")
         GTEST_SKIP() << "compilers of other devices may contract differently";
-    const Results own = run(name, globs, config, false), all = run(name, globs, config, true);
+    const Results own = run(scene, globs, config, false), all = run(scene, globs, config, true);
     ASSERT_GT(meanOf(own.image), 0);
-    EXPECT_EQ(different(own.image.values, all.image.values), 0u) << name << ": image";
-    EXPECT_EQ(different(own.forward.values, all.forward.values), 0u) << name << ": forward";
+    EXPECT_EQ(different(own.image.values, all.image.values), 0u) << "image";
+    EXPECT_EQ(different(own.forward.values, all.forward.values), 0u) << "forward";
     ASSERT_EQ(own.gradients.size(), all.gradients.size());
     for (std::size_t i = 0; i < own.gradients.size(); ++i)
-        EXPECT_EQ(different(own.gradients[i], all.gradients[i]), 0u) << name << ": gradient " << i;
+        EXPECT_EQ(different(own.gradients[i], all.gradients[i]), 0u) << "gradient " << i;
+}
+
+void compareWithEverything(const std::string& name, const std::vector<std::string>& globs, const RenderConfig& config = {}) {
+    compareWithEverything(bundledScene(name), globs, config);
 }
 
 TEST(Features, SameBitsBox) { compareWithEverything("box", {"painting.baseColor"}); }
@@ -109,6 +113,16 @@ struct Room : SceneBuilder {
         p.values.assign(p.entries(), value);
     }
 };
+
+// No texture but that of the holes, in a lamp that is sampled.
+TEST(Features, SameBitsAlphaMask) {
+    Room room;
+    Material& lamp = room.scene.materials[room.lamp];
+    lamp.alphaMask = true;
+    lamp.alphaTexture = 0;
+    room.scene.alphaTextures = {{.width = 2, .height = 2, .nearest = true, .alpha = {0, 255, 255, 0}}};
+    compareWithEverything(room.scene, {"floor.baseColor"});
+}
 
 using Buffers = std::map<std::string, std::uint64_t>; // bytes
 
