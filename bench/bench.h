@@ -14,4 +14,7 @@ void step(const std::string& scenes);
 // Guided passes against unguided ones, and the rebuild of the guide against a step.
 void guiding(const std::string& scenes);
 
+// Kernels with what a scene needs against kernels with everything: passes, and starts without stored kernels.
+void features(const std::string& scenes);
+
 } // namespace cmpg::bench

@@ -7,6 +7,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 namespace cmpg::bench {
 
@@ -93,8 +94,8 @@ void rebuild(const char* name, const std::string& file, int size, std::uint32_t 
 } // namespace
 
 void guiding(const std::string& scenes) {
-    const std::string made = "bench-room"; // large, so not stored
-    const bool hasRoom = std::system(("python3 \"" + scenes + "/generate.py\" room -o " + made + " > /dev/null").c_str()) == 0;
+    const std::string made = (std::filesystem::temp_directory_path() / "cmpg-vk-bench-room").string(); // large, so not stored
+    const bool hasRoom = std::system(("python3 \"" + scenes + "/generate.py\" room -o \"" + made + "\" > /dev/null").c_str()) == 0;
     std::printf("\nDerivative passes at 256 x 256, %u samples: unguided s/spp; conditional, and with records, against it; rays; time per ray\n", kSpp);
     std::printf("%-10s %12s %12s %12s %14s %14s\n", "scene", "unguided", "guided", "recorded", "rays", "time per ray");
     passes("box", scenes + "/box/scene.gltf", "painting.baseColor");

@@ -1,5 +1,5 @@
 // Prints ratios of our speed to a yardstick's, both measured in turn in the same run, so that the machine's load matters little.
-// Arguments name the parts to run: traversal, step, guiding. Without any, all run.
+// Arguments name the parts to run: traversal, step, guiding, features. Without any, all run.
 #include "base/error.h"
 #include "bench.h"
 
@@ -17,6 +17,8 @@ int main(int argc, char** argv) try {
         cmpg::bench::step(CMPG_SCENES);
     if (wanted("guiding"))
         cmpg::bench::guiding(CMPG_SCENES);
+    if (wanted("features"))
+        cmpg::bench::features(CMPG_SCENES);
     return 0;
 } catch (const cmpg::Error& e) {
     std::fprintf(stderr, "%s\n%s\n%s\n", e.what(), e.cause.c_str(), e.remedy.c_str());

@@ -104,7 +104,8 @@ void main() {
     if (kRoulette && counts[0].overflow != 0) return; // the batch is void
     const Vertex v = vertices[slot];
     const Found found = gatherFound(v.child);
-    const float visible = v.shadow != kNone ? float(visibility[v.shadow]) : 0.0;
+    float visible = 0.0;
+    if (kLightSampling && v.shadow != kNone) visible = float(visibility[v.shadow]);
     // A second slice of the gradients repeats the scan for its entries alone.
     const vec3 scattered = v.weight * found.incident;
     const vec3 reflected = visible * v.direct + scattered; // R

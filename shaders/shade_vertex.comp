@@ -93,16 +93,17 @@ Prefix loadPrefix(uint ray, Copy copy) {
 
 void shadeEscaped(uint slot, Ray ray) {
     Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
-    if (kEnvironment) {
-        const vec2 uv = environmentUv(toEnvironment(scene.environment, ray.direction));
-        float weight = 1.0;
+    vec2 uv = vec2(0);
+    float weight = 0.0;
+    if (kEnvironment && scene.environment.width > 0) {
+        uv = environmentUv(toEnvironment(scene.environment, ray.direction));
+        weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
         v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
+    }
+    if (kDerivatives) {
         tapeSurface(slot, kNone, uv, vec2(0));
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
-    } else if (kDerivatives) {
-        tapeSurface(slot, kNone, vec2(0), vec2(0));
-        if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, 0.0);
     }
     vertices[slot] = v;
     if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
@@ -225,7 +226,7 @@ void main() {
         nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
         if (kDerivatives && kPrefix) nextPrefixes[v.child] = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
     }
-    v.shadow = allocateShadowRay(wantShadow);
+    if (kLightSampling) v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {
         // Between the two offset points: seen from the point itself, the way from its offset one would end behind a grazing emitter.
         const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);

@@ -45,7 +45,7 @@ void main() {
     if (push.bounce > 0) prefix = prefixes[slot];
     const float q = survival(ray, hits[slot], prefix, adjoints[path.x]);
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
-    const uint count = uint(q + sampleSet(key, kSetRoulette).x);
+    const uint count = uint(q) + (sampleSet(key, kSetRoulette).x >= 1.0 - fract(q) ? 1u : 0u); // q + u would round up to the next number
     const uint first = count > 0 ? atomicAdd(counts[push.bounce].vertices, count) : 0;
     const float weight = 1.0 / q;
     if (first + count > push.count) { // the batch is void

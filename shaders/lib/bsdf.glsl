@@ -7,10 +7,12 @@
 // turned. All directions are unit vectors and point away from the surface.
 //
 // The includer defines the bool constants kLobeDiffuse, kLobeSpecular (a scene in which a lobe can contribute neither value nor
-// derivative leaves it out) and kDiffBaseColor, kDiffRoughness, kDiffMetallic, kDiffSpecular, kDiffNormal (what is differentiated;
-// a derivative that is switched off is 0).
+// derivative leaves it out) and kDiffBaseColor, kDiffRoughness, kDiffMetallic, kDiffSpecular, kDiffNormal (what is differentiated
+// on some surface; a derivative that is switched off is 0). What a constant leaves out changes no bit of the rest: a lobe that a
+// surface lacks adds an exact 0 where the constant keeps it in.
 #ifndef CMPG_LIB_BSDF
 #define CMPG_LIB_BSDF
+#include "shared/material.h"
 #include "lib/microfacet.glsl"
 #include "lib/warp.glsl"
 
@@ -21,6 +23,7 @@ struct Surface {
     float specular;     // specularFactor, [0,1]
     vec3 specularColor; // specularColorFactor, >= 0
     float ior;          // 0 stands for infinity
+    uint asked;         // bit per slot (kSlotBaseColor ...) whose derivative is asked for here
 };
 
 // Derivatives of f |cos| per colour channel.
@@ -42,13 +45,17 @@ vec3 dielectricF0(Surface s) {
 
 vec3 fresnel(vec3 f0, Schlick f) { return f0 * f.keep + vec3(f.grazing); }
 
+bool asks(Surface s, uint slot) { return (s.asked >> slot & 1u) != 0u; }
+
 // Lobes that can have a value or a wanted derivative somewhere.
 bool hasDiffuse(Surface s) {
     bool coloured = maxComponent(s.baseColor) > 0.0;
-    return kLobeDiffuse && ((s.metallic < 1.0 && (coloured || kDiffBaseColor)) || (kDiffMetallic && coloured));
+    return kLobeDiffuse && ((s.metallic < 1.0 && (coloured || (kDiffBaseColor && asks(s, kSlotBaseColor)))) ||
+                            (kDiffMetallic && asks(s, kSlotMetallic) && coloured));
 }
 bool hasSpecular(Surface s) {
-    return kLobeSpecular && (s.metallic > 0.0 || kDiffMetallic || s.specular > 0.0 || kDiffSpecular);
+    return kLobeSpecular && (s.metallic > 0.0 || (kDiffMetallic && asks(s, kSlotMetallic)) || s.specular > 0.0 ||
+                             (kDiffSpecular && asks(s, kSlotSpecular)));
 }
 
 // Probability of drawing from the specular lobe, by the lobes' approximate albedo at cosO = |n.wo|. In [0.1, 0.9] where both
@@ -94,7 +101,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
         f = schlickWeights(wo, wi);
         f0 = dielectricF0(s);
         fr = fresnel(f0, f);
-        transmitted = (1.0 - s.specular * maxComponent(f0)) * f.keep + (1.0 - s.specular) * f.grazing;
+        if (s.specular != 0.0) transmitted = (1.0 - s.specular * maxComponent(f0)) * f.keep + (1.0 - s.specular) * f.grazing;
     }
 
     if (kLobeDiffuse) {

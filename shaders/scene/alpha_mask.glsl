@@ -20,7 +20,8 @@ bool isCutOut(uint triangle, vec2 barycentrics) {
     }
     if (kColors) {
         const uvec3 color = at + (kAttributeTexels - 1);
-        alpha *= dot(b, vec3(attributeTexel(color.x).w, attributeTexel(color.y).w, attributeTexel(color.z).w));
+        const float a = attributeTexel(color.x).w;
+        alpha *= a + b.y * (attributeTexel(color.y).w - a) + b.z * (attributeTexel(color.z).w - a);
     }
     return alpha < cutoff;
 }

@@ -12,7 +12,7 @@ struct SurfacePoint {
     float magnitude; // largest absolute coordinate of the triangle: the scale of rounding errors
 };
 
-const uint kAttributeTexels = 2 + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
+const uint kAttributeTexels = 1 + (kTextures ? 1 : 0) + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
 
 SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     const vec4 t0 = triangleTexel(3 * triangle), t1 = triangleTexel(3 * triangle + 1), t2 = triangleTexel(3 * triangle + 2);
@@ -47,7 +47,9 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     }
     if (kColors) {
         const uvec3 at = indices.xyz * kAttributeTexels + (kAttributeTexels - 1);
-        p.color = b0 * attributeTexel(at.x) + b1 * attributeTexel(at.y) + b2 * attributeTexel(at.z);
+        // By differences: equal colours stay what they are.
+        const vec4 color = attributeTexel(at.x);
+        p.color = color + b1 * (attributeTexel(at.y) - color) + b2 * (attributeTexel(at.z) - color);
     }
     return p;
 }

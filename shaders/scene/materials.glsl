@@ -19,6 +19,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     m.surface.metallic = uintBitsToFloat(m1.x);
     m.surface.specular = uintBitsToFloat(m1.y);
     m.surface.ior = uintBitsToFloat(m1.z);
+    m.surface.asked = m.flags >> kDifferentiatedShift;
     m.surface.specularColor = vec3(1);
     if (kLobeSpecular) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
     m.normal = p.normal;

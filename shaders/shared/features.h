@@ -24,16 +24,15 @@ CMPG_CONST kFeatureSobol = 16;
 CMPG_CONST kFeatureFrozen = 17; // f is evaluated with a second set of values
 CMPG_CONST kFeatureLayers = 18; // first-hit features are written
 CMPG_CONST kFeatureMaxDepth = 19;
-CMPG_CONST kFeatureThreads = 20; // threads of a CPU driver's static work split, 1 on a GPU
-CMPG_CONST kFeatureGuided = 21; // directions are drawn from the guide too
-CMPG_CONST kFeatureRecord = 22; // vertices leave records for the guide
-CMPG_CONST kFeatureRoulette = 23; // paths end and split by what the guide expects of them
-CMPG_CONST kFeatureMeasure = 24; // the second moment of the paths' contributions is measured, reverse mode
-CMPG_CONST kFeatureSigned = 25; // positivization: derivative terms of one sign only
-CMPG_CONST kFeatureCount = 26;
+CMPG_CONST kFeatureGuided = 20; // directions are drawn from the guide too
+CMPG_CONST kFeatureRecord = 21; // vertices leave records for the guide
+CMPG_CONST kFeatureRoulette = 22; // paths end and split by what the guide expects of them
+CMPG_CONST kFeatureMeasure = 23; // the second moment of the paths' contributions is measured, reverse mode
+CMPG_CONST kFeatureSigned = 24; // positivization: derivative terms of one sign only
+CMPG_CONST kFeatureCount = 25;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
-CMPG_CONST kTraceThreads = 0; // as kFeatureThreads
+CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU
 CMPG_CONST kTraceRefill = 1; // lanes that have finished take new rays before the others have
 CMPG_CONST kTraceAlphaMask = 2; // as kFeatureAlphaMask; the rest matters only with it
 CMPG_CONST kTraceAttributeTexels = 3; // vec4s a vertex

@@ -31,7 +31,6 @@ struct EnvironmentInfo {
     uint gradient; // first gradient entry, kNone when not differentiated
     float cosRotation, sinRotation;
     float probability; // of being selected among the lights
-    uint reserved;
 };
 
 CMPG_SHARED_END

@@ -3,7 +3,9 @@
 #include "app/session.h"
 #include "base/log.h"
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <ostream>
 
 namespace cmpg {
@@ -77,28 +79,90 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
     report.extra["maxDepth"] = scene.maxDepth;
 }
 
-// Builds the renderer as a rendering would, with every parameter that --param selects differentiable.
-void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    const View view = viewOf(options, session.scene, "");
-    if (session.parameters.empty())
-        session.prepare(view, {}, {Renderer::Mode::Render});
-    else
-        session.prepare(view, {}, {Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse});
-    auto& features = report.extra["features"] = nlohmann::ordered_json::array();
-    out << "features:\n";
-    for (const std::string& line : session.renderer().describeFeatures()) {
-        out << "  " << line << '\n';
-        features.push_back(line);
-    }
-    session.finish();
-    auto& buffers = report.extra["buffers"] = nlohmann::ordered_json::object();
-    out << "device memory:\n";
-    for (const auto& [name, bytes] : session.deviceMemory().buffers) {
+// What a renderer of the scene is made of, for passes as the options want them.
+struct Parts {
+    std::vector<std::pair<std::string, std::string>> features;
+    std::vector<KernelSize> kernels;
+    std::map<std::string, std::uint64_t> buffers; // bytes
+};
+
+Parts partsOf(const Options& options, Session& session, bool allFeatures) {
+    RenderConfig config = renderConfig(options, session.scene, session.parameters);
+    config.allFeatures |= allFeatures;
+    Renderer renderer(session.device(), session.scene, config);
+    if (config.guiding)
+        renderer.setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true});
+    Parts parts;
+    parts.features = renderer.describeFeatures();
+    parts.kernels = session.parameters.empty() ? renderer.allocate({Renderer::Mode::Render})
+                                               : renderer.allocate({Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse});
+    parts.buffers = session.device().memory().buffers;
+    return parts;
+}
+
+const char* modeName(Renderer::Mode mode) {
+    return mode == Renderer::Mode::Render ? "image" : mode == Renderer::Mode::Forward ? "forward" : "reverse";
+}
+
+void listKernels(std::ostream& out, Report& report, const Parts& scene, const Parts& all) {
+    auto& list = report.extra["kernel_sizes"] = nlohmann::ordered_json::array();
+    std::map<std::pair<Renderer::Mode, std::string>, std::uint64_t> needed; // bytes
+    for (const KernelSize& k : scene.kernels)
+        needed[{k.mode, k.kernel}] = k.specialisedBytes;
+    out << "kernels (KiB of SPIR-V):                  scene       all    module\n";
+    std::uint64_t sums[3]{};
+    for (const KernelSize& k : all.kernels) {
+        const auto found = needed.find({k.mode, k.kernel});
+        const std::uint64_t sizes[] = {found == needed.end() ? 0 : found->second, k.specialisedBytes, k.moduleBytes};
+        for (int i = 0; i < 3; ++i)
+            sums[i] += sizes[i];
         char line[160];
-        std::snprintf(line, sizeof line, "  %10.3f MiB  %s\n", double(bytes) / 1048576, name.c_str());
+        std::snprintf(line, sizeof line, "  %-8s %-24s %10.1f%10.1f%10.1f\n", modeName(k.mode), k.kernel.c_str(), double(sizes[0]) / 1024,
+                      double(sizes[1]) / 1024, double(sizes[2]) / 1024);
         out << line;
-        buffers[name] = bytes;
+        list.push_back({{"mode", modeName(k.mode)}, {"kernel", k.kernel}, {"scene", sizes[0]}, {"all_features", sizes[1]}, {"module", sizes[2]}});
     }
+    char line[160];
+    std::snprintf(line, sizeof line, "  %-33s %10.1f%10.1f%10.1f\n", "sum", double(sums[0]) / 1024, double(sums[1]) / 1024, double(sums[2]) / 1024);
+    out << line;
+}
+
+void listMemory(std::ostream& out, Report& report, const Parts& scene, const Parts& all) {
+    std::map<std::string, std::array<std::uint64_t, 2>> rows;
+    std::array<std::uint64_t, 2> sum{};
+    for (int i = 0; i < 2; ++i)
+        for (const auto& [name, bytes] : (i ? all : scene).buffers) {
+            rows[name][std::size_t(i)] = bytes;
+            sum[std::size_t(i)] += bytes;
+        }
+    const auto line = [&](const std::string& name, const std::array<std::uint64_t, 2>& bytes) {
+        char text[160];
+        std::snprintf(text, sizeof text, "  %-33s %10.3f%10.3f\n", name.c_str(), double(bytes[0]) / 1048576, double(bytes[1]) / 1048576);
+        out << text;
+    };
+    out << "device memory (MiB):                      scene       all\n";
+    for (const auto& [name, bytes] : rows)
+        line(name, bytes);
+    line("sum", sum);
+    report.extra["buffers"] = scene.buffers;
+    report.extra["buffers_all_features"] = all.buffers;
+}
+
+// What a run would take, beside what it would take with every feature on. Compiles nothing.
+void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
+    session.openDevice();
+    const Parts scene = partsOf(options, session, false), all = partsOf(options, session, true);
+    auto& features = report.extra["features"] = nlohmann::ordered_json::object();
+    out << "features:\n";
+    for (const auto& [name, value] : scene.features) {
+        char line[160];
+        std::snprintf(line, sizeof line, "  %-33s %s\n", name.c_str(), value.c_str());
+        out << line;
+        features[name] = value;
+    }
+    listKernels(out, report, scene, all);
+    listMemory(out, report, scene, all);
+    report.addDevice(session.device());
 }
 
 } // namespace

@@ -90,15 +90,10 @@ std::size_t CompareSubject::parameterEntries() const {
 }
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
-    RenderConfig config;
-    config.differentiable = subject.parameters;
-    config.maxDepth = subject.options.maxDepth.value_or(subject.scene.maxDepth);
+    RenderConfig config = renderConfig(subject.options, subject.scene, subject.parameters);
     config.sampler = method.sampler;
     config.lightSampling = method.lightSampling;
-    config.memoryBudget = subject.options.memory << 20;
     config.guiding = method.needsGuide();
-    config.guideMemory = subject.options.guideMemory << 20;
-    config.guide.forgetting = double(subject.options.forgetting);
     return config;
 }
 

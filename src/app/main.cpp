@@ -3,7 +3,6 @@
 #include "app/explain.h"
 #include "app/interrupt.h"
 #include "app/viewer_module.h"
-#include "base/log.h"
 
 #include <iostream>
 
@@ -41,7 +40,6 @@ ExitCode dispatch(const Options& options, Report& report) {
 
 ExitCode run(int argc, char** argv) {
     const Options options = parseOptions(argc, argv);
-    setQuiet(options.quiet);
     Report report(options);
     const ExitCode code = dispatch(options, report);
     if (options.json && options.command != Command::Open)

@@ -120,6 +120,8 @@ void addCommon(CLI::App& app, Options& o) {
     addCount(app, "--memory", o.memory, "Budget of transient device memory; results do not depend on it")
         ->option_text(kind("MiB", "1024"))
         ->group(run);
+    app.add_flag("--all-features", o.allFeatures, "Kernels and buffers for all features, needed or not: the same results, slower; for comparison")
+        ->group(run);
     app.add_option("-o,--output", o.output, "File or folder to write")->option_text("PATH")->group(run);
     app.add_option("--config", o.config, "Start from the options of a run.json")->option_text("FILE")->group(run);
     app.add_option("--display-server", o.displayServer,

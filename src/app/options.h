@@ -33,6 +33,7 @@ struct Options {
     std::uint64_t seed = 0;
     std::string device;           // empty: the best
     std::uint64_t memory = 1024;  // MiB
+    bool allFeatures = false;     // same results
     std::vector<std::string> set; // "P=VALUE" or "P=FILE"
     Sampler sampler = Sampler::Sobol;
     Sampling sampling = Sampling::Auto;

@@ -53,6 +53,21 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
     return view;
 }
 
+RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable) {
+    RenderConfig config;
+    config.differentiable = differentiable;
+    config.maxDepth = options.maxDepth.value_or(scene.maxDepth);
+    config.sampler = options.sampler;
+    config.lightSampling = !options.noLightSampling;
+    config.allFeatures = options.allFeatures;
+    config.memoryBudget = options.memory << 20;
+    config.guiding = usesGuide(options);
+    config.roulette = config.guiding && options.roulette && options.isReverse();
+    config.guideMemory = options.guideMemory << 20;
+    config.guide.forgetting = double(options.forgetting);
+    return config;
+}
+
 Session::Session(const Options& options, Report& report) : scene(openScene(options)), options_(options), report_(report) {
     parameters = selectParameters(scene, options.param);
     // What may change is kept as floats from here on.
@@ -61,21 +76,16 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
             scene.parameters[p].materialise();
 }
 
+void Session::openDevice() {
+    if (!device_)
+        device_.emplace(Device::Options{.select = options_.device});
+}
+
 void Session::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers) {
     report_.width = view.width;
     report_.height = view.height;
-    if (!device_)
-        device_.emplace(Device::Options{.select = options_.device});
-    RenderConfig config;
-    config.differentiable = parameters;
-    config.maxDepth = options_.maxDepth.value_or(scene.maxDepth);
-    config.sampler = options_.sampler;
-    config.lightSampling = !options_.noLightSampling;
-    config.memoryBudget = options_.memory << 20;
-    config.guiding = usesGuide(options_);
-    config.roulette = config.guiding && options_.roulette && options_.isReverse();
-    config.guideMemory = options_.guideMemory << 20;
-    config.guide.forgetting = double(options_.forgetting);
+    openDevice();
+    const RenderConfig config = renderConfig(options_, scene, parameters);
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
     renderer_->prepare(modes, layers);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
@@ -88,8 +98,7 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
         effective.height = std::uint32_t(view.height);
         effective.camera = view.camera->name;
     }
-    if (options_.command != Command::Inspect)
-        printConfiguration(effective);
+    printConfiguration(effective);
     if (!folder.empty())
         writeRunJson(effective, folder, report_);
 }

@@ -13,6 +13,9 @@ Scene openScene(const Options& options);
 // camera's aspect ratio. Error(Input) when `like` has another size than asked for.
 View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
 
+// How a renderer of the scene is built, as far as options say it.
+RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable);
+
 class Session {
   public:
     // Reads the scene; no device yet.
@@ -24,8 +27,9 @@ class Session {
     // input was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed,
     // and written to run.json in `folder` unless that is empty.
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
+    void openDevice(); // that prepare() opens if nobody has
     Renderer& renderer() { return *renderer_; } // after prepare()
-    const MemoryUse& deviceMemory() const { return device_->memory(); }
+    Device& device() { return *device_; }       // after either
     // Warns where the gradient of a parameter (by index into the scene's) is nothing but zeros.
     void warnUnreached(std::uint32_t parameter, bool anyGradient);
     // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the

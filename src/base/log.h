@@ -8,9 +8,7 @@ namespace cmpg {
 
 enum class LogLevel { Info, Warning, Error };
 
-void setQuiet(bool quiet);               // silences logInfo()
-void logInfo(std::string_view message);  // progress and findings
-// Shown even when quiet. `event`: a short name for what happened, for those who search a log.
+// `event`: a short name for what happened, for those who search a log.
 void logWarn(std::string_view message, std::string_view event = "warning");
 
 // Also hears of everything, from any thread, one at a time: who keeps the log of a run. Empty: nobody.

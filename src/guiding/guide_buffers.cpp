@@ -42,6 +42,7 @@ GuideBuffers::GuideBuffers(Device& device, std::uint64_t bytes) : device_(device
     const std::uint64_t byBinding = device.info().maxStorageBufferRange / (4 * sizeof(gpu::GuideLeafSums));
     const std::uint64_t byTexels = device.portable() ? device.info().maxStorageBufferRange / 64 : device.info().maxTexelBufferElements / 4;
     capacity_ = std::uint32_t(std::min({bytes / kNodeBytes, byBinding, byTexels}));
+    info_ = Buffer(device, "guide info", sizeof(gpu::GuideInfo), MemoryKind::Guide);
     nodes_ = Buffer(device, "guide quadtrees", std::uint64_t(capacity_) * gpu::kQuadNodeTexels * 16, MemoryKind::Guide, Texel::Rgba32ui);
     leafSums_ = Buffer(device, "guide records", std::uint64_t(capacity_) * 4 * sizeof(gpu::GuideLeafSums), MemoryKind::Guide);
 }
@@ -212,8 +213,10 @@ std::vector<CellRecords> GuideBuffers::collect(const SdTree& tree, double primal
     return records;
 }
 
+void GuideBuffers::setInfo(const gpu::GuideInfo& info) { info_.upload(std::as_bytes(std::span(&info, 1))); }
+
 void GuideBuffers::bind(Bindings& b) const {
-    b.set(gpu::kBindGuideSpatial, spatial_).set(gpu::kBindGuideCells, cells_).set(gpu::kBindGuideNodes, nodes_);
+    b.set(gpu::kBindGuideInfo, info_).set(gpu::kBindGuideSpatial, spatial_).set(gpu::kBindGuideCells, cells_).set(gpu::kBindGuideNodes, nodes_);
     b.set(gpu::kBindGuideLeafSums, leafSums_).set(gpu::kBindGuideCellSums, cellSums_);
 }
 

@@ -18,6 +18,7 @@ class GuideBuffers {
     static std::uint64_t nodesWithin(std::uint64_t bytes);
 
     void publish(SdTree& tree);
+    void setInfo(const gpu::GuideInfo& info); // of the next pass
     void clear(); // before another tree is published: forgets blocks and records
     // Records of the passes since the last call, whose units were 2^-k of these factors; the sums are zeroed.
     std::vector<CellRecords> collect(const SdTree& tree, double primalUnit, double derivativeUnit);
@@ -42,7 +43,7 @@ class GuideBuffers {
     std::vector<double> inverseUnits_;             // of the published means, likewise
     std::vector<glm::uvec4> texels_;               // what nodes_ holds
     std::vector<gpu::GuideLeafSums> sums_;         // room to read records back into
-    Buffer spatial_, cells_, nodes_, leafSums_, cellSums_;
+    Buffer info_, spatial_, cells_, nodes_, leafSums_, cellSums_;
 };
 
 } // namespace cmpg

@@ -10,11 +10,10 @@
 
 namespace cmpg {
 
+// A file to write: what was shown when it was asked for.
 struct LiveSave {
-    std::shared_ptr<const Image> image;
-    LivePicture picture;
     std::filesystem::path file;
-    LiveLook look;
+    std::function<void()> write; // throws Error
 };
 
 // What was asked for since the worker looked last.

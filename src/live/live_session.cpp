@@ -3,6 +3,7 @@
 
 #include "live/live_mailbox.h"
 #include "live/live_worker.h"
+#include "live/save_picture.h"
 
 #include <thread>
 
@@ -109,8 +110,21 @@ void LiveSession::pick(int x, int y) {
 }
 
 void LiveSession::save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look) {
-    const std::shared_ptr<const Image> image = state()->picture(picture);
-    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({image, picture, file, look}); });
+    const auto write = [image = state()->picture(picture), picture, file, look] {
+        if (!image)
+            throw Error(ExitCode::Output, std::string("there is no ") + livePictureName(picture) + " to save yet");
+        savePicture(picture, *image, file, look);
+    };
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({file, write}); });
+}
+
+void LiveSession::saveLoss(const std::filesystem::path& file) {
+    const auto write = [loss = state()->loss, file] {
+        if (!loss || loss->empty())
+            throw Error(ExitCode::Output, "there is no loss to save yet");
+        cmpg::saveLoss(*loss, file);
+    };
+    impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({file, write}); });
 }
 
 void LiveSession::saveScene(const std::filesystem::path& folder) {

@@ -191,6 +191,7 @@ class LiveSession {
 
     // What the latest state shows, as .exr or .png by the file's ending. The message, or the error, tells of the result.
     void save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look = {});
+    void saveLoss(const std::filesystem::path& file); // .png: the curve; .csv: the values
     // The scene with the values that were optimised so far: `folder`/scene.gltf and what it refers to.
     void saveScene(const std::filesystem::path& folder);
 

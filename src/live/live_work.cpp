@@ -1,6 +1,7 @@
 // What a session does with a scene: settings, the renderer they need, films that refine.
 #include "live/live_work.h"
 
+#include "app/session.h"
 #include "live/guide_pick.h"
 
 #include <algorithm>
@@ -186,15 +187,8 @@ void LiveWork::ensureRenderer() {
         return;
     dropRenderer();
     hooks_.busyWith("preparing the scene");
-    RenderConfig config;
-    config.differentiable = settings_.parameters;
-    config.maxDepth = options_.maxDepth.value_or(scene_.scene.maxDepth);
-    config.sampler = options_.sampler;
-    config.lightSampling = !options_.noLightSampling;
-    config.memoryBudget = options_.memory << 20;
+    RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
     config.guiding = true;
-    config.guideMemory = options_.guideMemory << 20;
-    config.guide.forgetting = double(options_.forgetting);
     renderer_ = std::make_unique<Renderer>(device_, scene_.scene, config);
     renderer_->setInteraction({.submissionSeconds = kSubmissionSeconds,
                                .beforeSubmission = hooks_.betweenSubmissions,

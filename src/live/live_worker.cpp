@@ -200,9 +200,7 @@ void LiveWorker::answer(const LiveRequests& quick) {
     };
     for (const LiveSave& save : quick.saves)
         failing([&] {
-            if (!save.image)
-                throw Error(ExitCode::Output, std::string("there is no ") + livePictureName(save.picture) + " to save yet");
-            savePicture(save.picture, *save.image, save.file, save.look);
+            save.write();
             tell("saved " + save.file.string());
         });
     if (quick.sceneFolder && scene_)

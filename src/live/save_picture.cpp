@@ -1,12 +1,16 @@
-// A picture of a session as a file.
+// What a session shows as files: pictures, the loss.
 #include "live/save_picture.h"
 
 #include "app/display_image.h"
+#include "app/loss_curve.h"
 #include "app/output.h"
 #include "app/signed_colors.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <limits>
+#include <sstream>
 
 namespace cmpg {
 namespace {
@@ -64,6 +68,23 @@ void savePicture(LivePicture picture, const Image& image, const std::filesystem:
     } else {
         requireWritableFile(file, ".exr"); // refuses other endings
         writeExr(file, image);
+    }
+}
+
+void saveLoss(std::span<const double> loss, const std::filesystem::path& file) {
+    if (file.extension() == ".png") {
+        requireWritableFile(file, ".png");
+        constexpr int kWidth = 640, kHeight = 320, kBorder = 8;
+        Canvas canvas(kWidth, kHeight);
+        drawLossCurve(canvas, kBorder, kBorder, kWidth - 2 * kBorder, kHeight - 2 * kBorder, loss);
+        writePng(file, canvas.image());
+    } else {
+        requireWritableFile(file, ".csv"); // refuses other endings
+        std::ostringstream rows;
+        rows << std::setprecision(std::numeric_limits<double>::max_digits10) << "step,loss\n";
+        for (std::size_t i = 0; i < loss.size(); ++i)
+            rows << i << ',' << loss[i] << '\n';
+        writeTextFile(file, rows.str());
     }
 }
 

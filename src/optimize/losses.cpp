@@ -4,13 +4,11 @@
 #include "base/error.h"
 #include "optimize/ordered_sum.h"
 
-#include <array>
 #include <cmath>
 
 namespace cmpg {
 namespace {
 
-constexpr std::array kLosses = {Loss::Mse, Loss::L1, Loss::Smape, Loss::RelativeMse};
 constexpr std::size_t kChunk = 1 << 14; // pixels
 
 double sign(double x) { return double(x > 0) - double(x < 0); }
@@ -43,16 +41,6 @@ const char* lossName(Loss loss) {
         return "relative-mse";
     }
     return "";
-}
-
-Loss parseLoss(const std::string& name) {
-    std::string names;
-    for (const Loss loss : kLosses) {
-        if (name == lossName(loss))
-            return loss;
-        names += (names.empty() ? "" : ", ") + std::string(lossName(loss));
-    }
-    throw Error(ExitCode::Usage, "no loss is called '" + name + "'", {}, "choose one of " + names);
 }
 
 LossTerm lossTerm(Loss loss, double x, double y) {

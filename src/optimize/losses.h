@@ -18,8 +18,7 @@ enum class Loss {
 };
 constexpr double kLossEpsilon = 1e-2;
 
-const char* lossName(Loss loss);         // "mse", "l1", "smape", "relative-mse"
-Loss parseLoss(const std::string& name); // Error(Usage) listing the names
+const char* lossName(Loss loss); // "mse", "l1", "smape", "relative-mse"
 
 struct LossTerm {
     double value, derivative; // derivative by x; 0 at the kinks

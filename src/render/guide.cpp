@@ -27,7 +27,7 @@ SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
 }
 
 std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
-    if (!pass.guided)
+    if (!pass.guided || kind == Sampling::Bsdf)
         return gpu::kGuideNone;
     if (pass.mode == gpu::kModeRender)
         return gpu::kGuidePrimal; // an image has no derivatives
@@ -56,16 +56,17 @@ Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
     buffers.publish(tree);
 }
 
-const gpu::GuideInfo& Guide::info(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp) {
+void Guide::beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp) {
     info_.lower = tree.lower();
     const glm::vec3 extent = tree.upper() - tree.lower();
     for (int c = 0; c < 3; ++c)
         info_.inverseExtent[c] = extent[c] > 0 ? 1 / extent[c] : 0;
     info_.kind = kindOf(pass, sampling.kind);
     info_.share = kGuideShare;
-    info_.reference = float(kRouletteEffort * sampling.reference / spp); // adjoints on the device come divided by the samples
+    // Adjoints on the device come divided by the samples. 0: every path goes on once.
+    info_.reference = sampling.roulette && !tree.empty() ? float(kRouletteEffort * sampling.reference / spp) : 0.0f;
     info_.sign = sampling.sign;
-    return info_;
+    buffers.setInfo(info_);
 }
 
 double Guide::meanRadiance() const {

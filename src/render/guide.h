@@ -14,8 +14,8 @@ struct Guide {
 
     Guide(Device& device, const Scene& scene, const RenderConfig& config);
 
-    // What kernels need to know for a pass of `spp` samples per pixel on average.
-    const gpu::GuideInfo& info(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp);
+    // Tells the kernels of a pass of `spp` samples per pixel on average what to do with the guide.
+    void beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp);
     // Fixes the units of records until the next update: from what the tree knows, else from `pilot`, the mean radiance of the scene.
     // Derivatives by normals grow by 1 / shortestNormal.
     template <class Pilot> void openRecords(Pilot&& pilot, double shortestNormal) {

@@ -7,6 +7,7 @@
 #include "render/moment_sum.h"
 #include "render/pass_batches.h"
 #include "render/wavefront.h"
+#include "vk/spirv_size.h"
 
 #include <algorithm>
 #include <chrono>
@@ -61,13 +62,13 @@ struct Renderer::Impl {
 
     Impl(Device& d, Scene& s, const RenderConfig& c)
         : device(d), scene(unpackSmallTextures(s)), config(c),
-          features(c.allFeatures ? allFeatures(s, c.differentiable, c.lightSampling) : analyse(s, c.differentiable, c.lightSampling)),
+          // Nothing is scattered at the last segment, so with one no light is sampled.
+          features(analyse(s, {c.differentiable, c.lightSampling && c.maxDepth > 1, c.guiding, c.allFeatures})),
           buffers(d, s, features, c.differentiable, c.frozenEvaluation) {
         needs.maxDepth = config.maxDepth;
         needs.gradientEntries = buffers.gradientEntries();
-        needs.guiding = config.guiding;
         needs.roulette = config.roulette;
-        if (config.guiding)
+        if (features.guiding)
             guide.emplace(device, scene, config);
     }
 
@@ -86,24 +87,30 @@ struct Renderer::Impl {
         if (!guide)
             return pass;
         pass.record = s.record;
-        pass.guided = s.kind != Sampling::Bsdf && guideLearned;
-        pass.roulette = s.roulette && mode == kModeReverse && guideLearned;
+        pass.guided = features.everything || (s.kind != Sampling::Bsdf && guideLearned);
+        pass.roulette = mode == kModeReverse && (features.everything || (s.roulette && guideLearned));
         pass.measure = (s.measure || s.record) && mode == kModeReverse;
         pass.oneSign = s.sign != 0 && mode != kModeRender;
         return pass;
     }
 
-    Kernels& prepare(const FeatureSet::Pass& pass) {
+    void allocate(const FeatureSet::Pass& pass) {
         PoolNeeds all = needs;
         all.modes |= 1u << pass.mode;
         all.layers |= pass.layers;
-        all.guiding |= pass.guided || pass.record || pass.roulette || pass.measure;
+        all.guide |= pass.guided || pass.record || pass.roulette;
+        all.record |= pass.record;
+        all.measure |= pass.measure;
         all.roulette |= pass.roulette;
-        if (!pools || all != needs) {
-            needs = all;
-            pools.reset();
-            pools = std::make_unique<Pools>(device, features, needs, config.memoryBudget);
-        }
+        if (pools && all == needs)
+            return;
+        needs = all;
+        pools.reset();
+        pools = std::make_unique<Pools>(device, features, needs, config.memoryBudget);
+    }
+
+    Kernels& prepare(const FeatureSet::Pass& pass) {
+        allocate(pass);
         const auto found = kernels.find(pass);
         if (found != kernels.end())
             return found->second;
@@ -129,7 +136,7 @@ struct Renderer::Impl {
             countDropped();
         countersOpen = true;
         if (guide)
-            pools->guideInfo.upload(std::as_bytes(std::span(&guide->info(pass, in.sampling, in.spp), 1)));
+            guide->beginPass(pass, in.sampling, in.spp);
         Commands commands(device);
         k.wavefront.record(commands, buffers, *pools, guideBuffers(), film);
 
@@ -257,8 +264,6 @@ struct Renderer::Impl {
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
         PassInput in = passInput(view, key, spp);
         in.sampling = sampling;
-        if (guide && sampling.record)
-            guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
@@ -295,6 +300,12 @@ struct Renderer::Impl {
         sum.samples = film.samples + spp;
         sum.layerDepths = layerDepths();
         film = std::move(sum);
+    }
+
+    // Before the pools are filled for the pass: the pilot image may need other ones.
+    void openRecords(const View& view, const PassKey& key) {
+        if (guide && sampling.record)
+            guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
     }
 
     void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
@@ -393,11 +404,13 @@ void Renderer::setParameter(std::uint32_t parameter, std::span<const float> valu
 void Renderer::setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setFrozen(parameter, values); }
 
 Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
+    impl_->openRecords(view, key);
     return impl_->image(kModeRender, view, spp, key, layers);
 }
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                         std::span<const std::vector<float>> directions, Layers* layers) {
+    impl_->openRecords(view, key);
     impl_->uploadDirection(parameters, directions, layers != nullptr);
     return impl_->image(kModeForward, view, spp, key, layers);
 }
@@ -466,6 +479,22 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
 
 const RenderStatistics& Renderer::statistics() const { return impl_->statistics; }
 
-std::vector<std::string> Renderer::describeFeatures() const { return impl_->features.describe(); }
+std::vector<std::pair<std::string, std::string>> Renderer::describeFeatures() const { return impl_->features.describe(); }
+
+std::vector<KernelSize> Renderer::allocate(std::initializer_list<Mode> modes) {
+    for (const Mode m : modes)
+        impl_->needs.modes |= 1u << std::uint32_t(m);
+    impl_->pools.reset();
+    std::vector<KernelSize> sizes;
+    for (const Mode m : modes) {
+        const FeatureSet::Pass pass = impl_->kernelsOf(std::uint32_t(m), false, impl_->sampling, impl_->features.guiding);
+        impl_->allocate(pass);
+        for (const KernelChoice& k : chooseKernels(impl_->features, pass)) {
+            const SpirvSize size = spirvSize(impl_->device, k.name, k.constants);
+            sizes.push_back({m, std::string(k.name) + (k.step == Step::TraceCamera ? ", camera" : ""), size.module, size.specialised});
+        }
+    }
+    return sizes;
+}
 
 } // namespace cmpg

@@ -19,16 +19,16 @@ enum class Sampler { Independent, Sobol };
 
 // Fixed for the life of a renderer: decides which kernels are built and which buffers exist.
 struct RenderConfig {
-    std::vector<std::uint32_t> differentiable; // parameters gradients may be asked for
+    std::vector<std::uint32_t> differentiable = {}; // parameters gradients may be asked for
     std::uint32_t maxDepth = 8;                // segments; 1 = directly seen emission only
     Sampler sampler = Sampler::Sobol;
     bool lightSampling = true; // next-event estimation with MIS
-    bool allFeatures = false;  // build everything, whether the scene needs it or not (for comparison)
+    bool allFeatures = false;  // all kernels' features and their buffers, needed or not: for comparison, the results are the same
     bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
     bool guiding = false;                                // room for a guide
     bool roulette = false;                               // and for copies of split paths, before the first pass that makes some
-    SdTreeConfig guide;
+    SdTreeConfig guide = {};
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
 
@@ -92,6 +92,8 @@ struct RenderStatistics {
     std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 };
 
+struct KernelSize;
+
 class Renderer {
   public:
     // `scene` outlives the renderer and holds the current values of its parameters.
@@ -141,12 +143,20 @@ class Renderer {
                  std::span<const float> weights, std::vector<std::vector<double>>& gradients);
 
     const RenderStatistics& statistics() const;
-    // Features the scene needs, one line each with what it costs, for `inspect`.
-    std::vector<std::string> describeFeatures() const;
+    // For `inspect`: the features by name, and the kernels of these modes' passes as setSampling() says, where the guide knows
+    // something. Allocates their pools, compiles nothing.
+    std::vector<std::pair<std::string, std::string>> describeFeatures() const;
+    std::vector<KernelSize> allocate(std::initializer_list<Mode> modes);
 
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
+};
+
+struct KernelSize {
+    Renderer::Mode mode;
+    std::string kernel;
+    std::uint64_t moduleBytes, specialisedBytes; // SPIR-V; after specialization and the removal of what that leaves unused
 };
 
 } // namespace cmpg

@@ -30,12 +30,34 @@ glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec
 
 } // namespace
 
-bool SceneBuffers::isLookedUp(std::uint32_t parameter) const {
+bool SceneBuffers::isDifferentiable(std::uint32_t parameter) const {
+    return std::find(differentiable_.begin(), differentiable_.end(), parameter) != differentiable_.end();
+}
+
+bool SceneBuffers::isLookedUp(std::uint32_t material, std::uint32_t k) const {
+    if (!(features_.readSlots[material] >> k & 1u))
+        return false;
+    const std::uint32_t parameter = scene_.materials[material].parameters[k];
     const Parameter& p = scene_.parameters[parameter];
-    if (p.kind == SlotKind::Radiance || p.entries() > p.channels)
-        return true;
     // A constant normal is the surface's own unless somebody changes it.
-    return p.kind == SlotKind::Normal && std::find(differentiable_.begin(), differentiable_.end(), parameter) != differentiable_.end();
+    return p.entries() > p.channels || (p.kind == SlotKind::Normal && isDifferentiable(parameter));
+}
+
+void SceneBuffers::chooseMaterials() {
+    materialPlace_.assign(scene_.materials.size(), gpu::kNone);
+    alphaSlot_.assign(scene_.alphaTextures.size(), gpu::kNone);
+    for (std::uint32_t m = 0; m < scene_.materials.size(); ++m)
+        if (features_.readSlots[m]) {
+            materialPlace_[m] = std::uint32_t(materialsUp_.size());
+            materialsUp_.push_back(m);
+        }
+    for (const std::uint32_t m : materialsUp_) {
+        const Material& material = scene_.materials[m];
+        if (!material.alphaMask || material.alphaTexture == ~0u || alphaSlot_[material.alphaTexture] != gpu::kNone)
+            continue;
+        alphaSlot_[material.alphaTexture] = std::uint32_t(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size());
+        alphaTexturesUp_.push_back(material.alphaTexture);
+    }
 }
 
 SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen)
@@ -46,10 +68,11 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
         gradientEntries_ += scene_.parameters[p].entries();
     }
     bvh_ = buildBvh(scene_.geometry);
+    chooseMaterials();
     uploadGeometry(device);
     layOutValues(device);
     uploadSlots(device);
-    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, scene_.materials.size()) * sizeof(gpu::GpuMaterial) * (hasFrozen_ ? 2 : 1),
+    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, materialsUp_.size()) * sizeof(gpu::GpuMaterial) * (hasFrozen_ ? 2 : 1),
                         MemoryKind::Scene, Texel::Rgba32ui);
     info_ = Buffer(device, "scene info", sizeof(gpu::SceneInfo), MemoryKind::Scene);
     uploadMaterials(false);
@@ -73,14 +96,14 @@ void SceneBuffers::uploadGeometry(Device& device) {
         corners[3 * i] = glm::vec4(v0, normal.x);
         corners[3 * i + 1] = glm::vec4(v1 - v0, normal.y);
         corners[3 * i + 2] = glm::vec4(v2 - v0, normal.z);
-        indices[i] = {t.vertices[0], t.vertices[1], t.vertices[2], t.material};
+        indices[i] = {t.vertices[0], t.vertices[1], t.vertices[2], materialPlace_[t.material]};
     }
     triangles_ = Buffer(device, "triangles", corners.size() * 16, MemoryKind::Scene, Texel::Rgba32f);
     triangles_.uploadAll(corners);
     indices_ = Buffer(device, "triangle indices", indices.size() * 16, MemoryKind::Scene, Texel::Rgba32ui);
     indices_.uploadAll(indices);
 
-    if (!features_.vertexNormals && !features_.texturedSlots && !features_.alphaMask && !features_.colors && !features_.tangents)
+    if (!features_.attributes())
         return;
     const std::size_t stride = features_.attributeTexels();
     std::vector<glm::vec4> attributes(std::max<std::size_t>(1, g.positions.size()) * stride, glm::vec4(0));
@@ -89,7 +112,8 @@ void SceneBuffers::uploadGeometry(Device& device) {
         const glm::vec3 n = v < g.normals.size() ? g.normals[v] : glm::vec3(0);
         const glm::vec2 uv0 = v < g.uv0.size() ? g.uv0[v] : glm::vec2(0), uv1 = v < g.uv1.size() ? g.uv1[v] : glm::vec2(0);
         a[0] = glm::vec4(n, uv0.x);
-        a[1] = glm::vec4(uv0.y, uv1, 0);
+        if (features_.texcoords())
+            a[1] = glm::vec4(uv0.y, uv1, 0);
         if (features_.tangents)
             a[2] = v < g.tangents.size() ? g.tangents[v] : glm::vec4(0);
         if (features_.colors)
@@ -101,18 +125,18 @@ void SceneBuffers::uploadGeometry(Device& device) {
 
 void SceneBuffers::layOutValues(Device& device) {
     places_.assign(scene_.parameters.size(), gpu::kNone);
-    std::vector<bool> onSurface(scene_.parameters.size(), false);
-    const std::vector<bool> used = usedMaterials(scene_);
-    for (std::size_t m = 0; m < scene_.materials.size(); ++m)
-        if (used[m])
-            for (const std::uint32_t p : scene_.materials[m].parameters)
-                onSurface[p] = true;
+    std::vector<bool> read(scene_.parameters.size(), false);
+    for (const std::uint32_t m : materialsUp_)
+        for (std::uint32_t k = 0; k < kMaterialSlots; ++k)
+            if (isLookedUp(m, k))
+                read[scene_.materials[m].parameters[k]] = true;
+    if (features_.environment && scene_.environment)
+        read[scene_.environment->parameter] = true;
 
     Words packed;
     for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i) {
         const Parameter& p = scene_.parameters[i];
-        const bool read = onSurface[i] || p.kind == SlotKind::Radiance;
-        if (!read || !isLookedUp(i))
+        if (!read[i])
             continue;
         if (!p.values.empty()) {
             places_[i] = valueTexels_;
@@ -127,8 +151,8 @@ void SceneBuffers::layOutValues(Device& device) {
             packed.push_back(word);
         }
     }
-    values_ = Buffer(device, "parameter values", std::uint64_t(std::max(1u, valueTexels_)) * 16 * (hasFrozen_ ? 2 : 1), MemoryKind::Parameters,
-                     Texel::Rgba32f);
+    if (valueTexels_ > 0)
+        values_ = Buffer(device, "parameter values", std::uint64_t(valueTexels_) * 16 * (hasFrozen_ ? 2 : 1), MemoryKind::Parameters, Texel::Rgba32f);
     for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i)
         if (places_[i] != gpu::kNone && !scene_.parameters[i].values.empty()) {
             writeValues(i, scene_.parameters[i].values, 0);
@@ -136,8 +160,8 @@ void SceneBuffers::layOutValues(Device& device) {
                 writeValues(i, scene_.parameters[i].values, valueTexels_);
         }
     alphaPlace_ = std::uint32_t(packed.size());
-    for (const AlphaTexture& a : scene_.alphaTextures)
-        packed.insert(packed.end(), a.alpha.begin(), a.alpha.end());
+    for (const std::uint32_t a : alphaTexturesUp_)
+        packed.insert(packed.end(), scene_.alphaTextures[a].alpha.begin(), scene_.alphaTextures[a].alpha.end());
     if (!packed.empty()) {
         packed_ = Buffer(device, "packed textures", packed.size() * 4, MemoryKind::Scene, Texel::R32ui);
         packed_.uploadAll(packed);
@@ -156,7 +180,9 @@ void SceneBuffers::writeValues(std::uint32_t parameter, std::span<const float> v
 }
 
 void SceneBuffers::uploadSlots(Device& device) {
-    std::vector<gpu::GpuSlot> slots(scene_.materials.size() * gpu::kSlotsPerMaterial + scene_.alphaTextures.size());
+    if (!features_.texcoords() && !features_.differentiated)
+        return;
+    std::vector<gpu::GpuSlot> slots(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size());
     const auto sampling = [](const auto& t) {
         return std::uint32_t(t.wrapU) | std::uint32_t(t.wrapV) << gpu::kSlotWrapVShift | (t.nearest ? gpu::kSlotNearest : 0) |
                (t.texcoord == 1 ? gpu::kSlotTexcoord1 : 0);
@@ -165,9 +191,9 @@ void SceneBuffers::uploadSlots(Device& device) {
         s.uvMatrix = {m[0].x, m[0].y, m[1].x, m[1].y};
         s.uvTranslation = m[2];
     };
-    for (std::size_t m = 0; m < scene_.materials.size(); ++m)
+    for (std::size_t m = 0; m < materialsUp_.size(); ++m)
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
-            const std::uint32_t index = scene_.materials[m].parameters[k];
+            const std::uint32_t index = scene_.materials[materialsUp_[m]].parameters[k];
             const Parameter& p = scene_.parameters[index];
             gpu::GpuSlot& s = slots[m * gpu::kSlotsPerMaterial + k];
             s.offset = places_[index];
@@ -181,9 +207,9 @@ void SceneBuffers::uploadSlots(Device& device) {
             s.packedBias = glm::vec4(p.bias, 0);
         }
     std::uint32_t at = alphaPlace_;
-    for (std::size_t i = 0; i < scene_.alphaTextures.size(); ++i) {
-        const AlphaTexture& a = scene_.alphaTextures[i];
-        gpu::GpuSlot& s = slots[scene_.materials.size() * gpu::kSlotsPerMaterial + i];
+    for (const std::uint32_t texture : alphaTexturesUp_) {
+        const AlphaTexture& a = scene_.alphaTextures[texture];
+        gpu::GpuSlot& s = slots[alphaSlot_[texture]];
         s.offset = at;
         s.width = a.width;
         s.height = a.height;
@@ -198,9 +224,9 @@ void SceneBuffers::uploadSlots(Device& device) {
 }
 
 void SceneBuffers::uploadMaterials(bool frozen) {
-    std::vector<gpu::GpuMaterial> materials(scene_.materials.size());
+    std::vector<gpu::GpuMaterial> materials(materialsUp_.size());
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        const Material& m = scene_.materials[i];
+        const Material& m = scene_.materials[materialsUp_[i]];
         gpu::GpuMaterial& out = materials[i];
         const auto values = [&](SlotKind kind) -> glm::vec3 {
             const std::uint32_t index = m.parameters[std::size_t(kind)];
@@ -219,13 +245,10 @@ void SceneBuffers::uploadMaterials(bool frozen) {
         out.ior = m.ior;
         out.specularColor = m.specularColor;
         out.alphaCutoff = m.alphaCutoff > 0 ? m.alphaCutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
-        out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u
-                            ? std::uint32_t(scene_.materials.size()) * gpu::kSlotsPerMaterial + m.alphaTexture
-                            : gpu::kNone;
+        out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u ? alphaSlot_[m.alphaTexture] : gpu::kNone;
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
-            const bool differentiated = std::find(differentiable_.begin(), differentiable_.end(), m.parameters[k]) != differentiable_.end();
-            out.flags |= isLookedUp(m.parameters[k]) ? 1u << k : 0;
-            out.flags |= differentiated ? 1u << (gpu::kDifferentiatedShift + k) : 0;
+            out.flags |= isLookedUp(materialsUp_[i], k) ? 1u << k : 0;
+            out.flags |= isDifferentiable(m.parameters[k]) ? 1u << (gpu::kDifferentiatedShift + k) : 0;
         }
         const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
         const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
@@ -235,7 +258,10 @@ void SceneBuffers::uploadMaterials(bool frozen) {
 }
 
 void SceneBuffers::uploadLights() {
-    const LightDistribution d = buildLights(scene_, bvh_, differentiable_);
+    const bool environment = features_.environment && scene_.environment;
+    LightDistribution d;
+    if (features_.lightSampling())
+        d = buildLights(scene_, bvh_, differentiable_);
     // A parameter update can add or remove lights only when its scene has emitters in the first place; sizes are upper bounds.
     const auto put = [&](Buffer& buffer, const char* name, const auto& v, Texel texel) {
         const std::uint64_t bytes = v.size() * sizeof(v[0]);
@@ -247,15 +273,16 @@ void SceneBuffers::uploadLights() {
     };
     put(lights_, "lights", d.lights, Texel::Rgba32ui);
     put(lightDensity_, "light density", d.triangleDensity, Texel::R32f);
-    put(environmentCdf_, "environment distribution", d.environmentCdf, Texel::R32f);
+    if (features_.environmentLight)
+        put(environmentCdf_, "environment distribution", d.environmentCdf, Texel::R32f);
 
     gpu::SceneInfo info{};
     info.lights = std::uint32_t(d.lights.size());
-    info.frozenMaterials = hasFrozen_ ? std::uint32_t(scene_.materials.size()) : 0;
+    info.frozenMaterials = hasFrozen_ ? std::uint32_t(materialsUp_.size()) : 0;
     info.frozenTexels = hasFrozen_ ? valueTexels_ : 0;
     info.environmentDistance = 1e30f;
     info.environment.gradient = gpu::kNone;
-    if (scene_.environment) {
+    if (environment) {
         const Parameter& p = scene_.parameters[scene_.environment->parameter];
         info.environment.width = p.width;
         info.environment.height = p.height;

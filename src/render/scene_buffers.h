@@ -1,4 +1,4 @@
-// The scene in device memory: geometry, materials, parameter values, lights. Only what the feature set needs is uploaded.
+// The scene in device memory: geometry, materials, parameter values, lights. Only what the feature set says is read is uploaded.
 #pragma once
 
 #include "scene/bvh.h"
@@ -24,8 +24,10 @@ class SceneBuffers {
     std::uint64_t gradientOffset(std::size_t i) const { return gradientOffsets_[i]; } // of differentiable[i]
 
   private:
-    // Is the slot read through its GpuSlot, or does its constant stand in the material?
-    bool isLookedUp(std::uint32_t parameter) const;
+    bool isDifferentiable(std::uint32_t parameter) const;
+    // Is slot k of the material read through its GpuSlot, or does its constant stand in the material?
+    bool isLookedUp(std::uint32_t material, std::uint32_t k) const;
+    void chooseMaterials();
     void uploadGeometry(Device& device);
     void layOutValues(Device& device);
     void writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base);
@@ -41,6 +43,8 @@ class SceneBuffers {
     std::map<std::uint32_t, std::vector<float>> frozen_; // values that differ in the second set
     bool hasFrozen_ = false;
     Bvh bvh_;
+    std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_; // what is uploaded, by index into the scene's
+    std::vector<std::uint32_t> materialPlace_, alphaSlot_;     // of the scene's: index among the uploaded, number of the slot
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
     std::uint32_t alphaPlace_ = 0;      // first packed texel of the alpha textures
     std::vector<std::uint64_t> gradientOffsets_;

@@ -28,16 +28,18 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
             words = std::max<std::uint64_t>(words, gpu::tapePlanes(mode, f.differentiated, f.texcoord1));
     PathBytes b{};
     b.tapeWords = words;
-    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(gpu::ShadowRay) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    const bool shadows = f.lightSampling();
+    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    b.batch += shadows ? sizeof(gpu::ShadowRay) : 0;
     b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
     b.batch += needs.layers ? 2 * sizeof(gpu::LayerSample) : 0;
     b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
     b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
-    b.batch += needs.moments() ? sizeof(gpu::PathMoment) : 0;
-    b.bounce = sizeof(gpu::Vertex) + sizeof(std::uint32_t) + 4 * words + (needs.has(kModeForward) ? sizeof(glm::vec3) : 0);
-    b.bounce += needs.guiding ? sizeof(gpu::GuideVisit) : 0;
+    b.batch += needs.measure ? sizeof(gpu::PathMoment) : 0;
+    b.bounce = sizeof(gpu::Vertex) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.has(kModeForward) ? sizeof(glm::vec3) : 0);
+    b.bounce += needs.record ? sizeof(gpu::GuideVisit) : 0;
     b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
-    b.bounce += needs.moments() ? sizeof(gpu::VertexMoment) : 0;
+    b.bounce += needs.measure ? sizeof(gpu::VertexMoment) : 0;
     b.bounce += needs.roulette ? sizeof(gpu::Arrival) : 0;
     return b;
 }
@@ -70,14 +72,14 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     for (Buffer& r : rays)
         r = transient("rays", n * sizeof(gpu::Ray));
     hits = transient("hits", n * sizeof(gpu::Hit));
-    shadowRays = transient("shadow rays", n * sizeof(gpu::ShadowRay));
-    guideInfo = transient("guide info", sizeof(gpu::GuideInfo));
+    if (features.lightSampling())
+        shadowRays = transient("shadow rays", n * sizeof(gpu::ShadowRay));
     if (needs.prefixes())
         for (Buffer& p : prefixes)
             p = transient("prefixes", n * sizeof(gpu::Prefix));
     if (needs.roulette)
         copies = transient("copies", n * sizeof(gpu::Copy));
-    if (needs.moments())
+    if (needs.measure)
         pathMoments = transient("path moments", n * sizeof(gpu::PathMoment));
     if (needs.layers) {
         layerSamples = transient("layer samples", n * sizeof(gpu::LayerSample));
@@ -92,16 +94,17 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     for (std::uint32_t i = 0; i < depth; ++i) {
         Bounce bounce;
         bounce.vertices = transient("vertices", n * sizeof(gpu::Vertex));
-        bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
+        if (features.lightSampling())
+            bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
         if (b.tapeWords)
             bounce.tape = transient("tape", n * 4 * b.tapeWords);
         if (needs.has(kModeForward))
             bounce.tangents = transient("tangents", n * sizeof(glm::vec3));
-        if (needs.guiding)
+        if (needs.record)
             bounce.visits = transient("guide visits", n * sizeof(gpu::GuideVisit));
         if (needs.derivativeRecords())
             bounce.derivatives = transient("derivative parts", n * sizeof(gpu::DerivativeParts));
-        if (needs.moments())
+        if (needs.measure)
             bounce.moments = transient("moments", n * sizeof(gpu::VertexMoment));
         if (needs.roulette)
             bounce.arrivals = transient("arrivals", n * sizeof(gpu::Arrival));
@@ -109,32 +112,43 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     }
 }
 
-Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
-    const auto constants = features.constants(pass);
+std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const FeatureSet::Pass& pass) {
+    const auto table = features.constants(pass);
+    const std::vector<std::uint32_t> constants(table.begin(), table.end());
+    const auto trace = [&](bool refill) {
+        const auto t = features.traceConstants(pass.threads, refill);
+        return std::vector<std::uint32_t>(t.begin(), t.end());
+    };
+    const bool scatters = pass.maxDepth > 1;
+    std::vector<KernelChoice> choice;
+    const auto add = [&](bool needed, Step step, const char* name, const std::vector<std::uint32_t>& with) {
+        if (needed)
+            choice.push_back({step, name, with});
+    };
+    add(true, Step::Generate, "generate_rays", constants);
     // Camera rays stay together; later ones end at different times, and lanes that are done take new rays.
-    const auto together = features.traceConstants(pass.threads, false), trace = features.traceConstants(pass.threads, true);
-    generate_ = Kernel(device, "generate_rays", constants);
-    prepare_ = Kernel(device, "prepare_dispatch");
-    traceCamera_ = Kernel(device, "trace_closest", together);
-    trace_ = Kernel(device, "trace_closest", trace);
-    shade_ = Kernel(device, "shade_vertex", constants);
-    shadow_ = Kernel(device, "trace_shadow", trace);
-    scan_ = Kernel(device, "scan_tape", constants);
-    if (pass.roulette) {
-        split_ = Kernel(device, "split_paths", constants);
-        prepareVertices_ = Kernel(device, "prepare_vertices");
-    }
-    if (pass.measure)
-        gatherMoments_ = Kernel(device, "gather_moments", constants);
-    gather_ = Kernel(device, "gather_film", constants);
+    add(true, Step::TraceCamera, "trace_closest", trace(false));
+    add(pass.roulette, Step::Split, "split_paths", constants);
+    add(pass.roulette, Step::PrepareVertices, "prepare_vertices", {});
+    add(true, Step::Shade, "shade_vertex", constants);
+    add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
+    add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", trace(true));
+    add(scatters, Step::Trace, "trace_closest", trace(true));
+    add(true, Step::Scan, "scan_tape", constants);
+    add(pass.measure, Step::GatherMoments, "gather_moments", constants);
+    add(true, Step::GatherFilm, "gather_film", constants);
+    return choice;
+}
+
+Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
+    for (const KernelChoice& choice : chooseKernels(features, pass))
+        kernels_.emplace(choice.step, Kernel(device, choice.name, choice.constants));
 }
 
 std::vector<const Kernel*> Wavefront::kernels() const {
-    std::vector<const Kernel*> all{&generate_, &prepare_, &traceCamera_, &trace_, &shade_, &shadow_, &scan_, &gather_};
-    if (pass_.roulette)
-        all.insert(all.end(), {&split_, &prepareVertices_});
-    if (pass_.measure)
-        all.push_back(&gatherMoments_);
+    std::vector<const Kernel*> all;
+    for (const auto& [step, kernel] : kernels_)
+        all.push_back(&kernel);
     return all;
 }
 
@@ -146,7 +160,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     scene.bind(common);
     if (guide)
         guide->bind(common);
-    common.set(gpu::kBindGuideInfo, pools.guideInfo).set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
+    common.set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
     common.set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
@@ -179,27 +193,29 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
     // As many workgroups as the batch has paths: counts the host has set, which no kernel changes.
-    const auto perPath = [&](const Kernel& kernel) { commands.dispatchIndirect(kernel, atBounce[0], pools.counts, arrivalGroups(0), gpu::BouncePush{0, n}); };
-    perPath(generate_);
+    const auto perPath = [&](const Kernel& k) { commands.dispatchIndirect(k, atBounce[0], pools.counts, arrivalGroups(0), gpu::BouncePush{0, n}); };
+    perPath(kernel(Step::Generate));
     commands.barrier();
     for (std::uint32_t b = 0; b < depth; ++b) {
         const gpu::BouncePush push{b, n};
-        commands.dispatchIndirect(b == 0 ? traceCamera_ : trace_, atBounce[b], pools.counts, rayGroups(b), push);
+        commands.dispatchIndirect(kernel(b == 0 ? Step::TraceCamera : Step::Trace), atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
         if (pass_.roulette) {
-            commands.dispatchIndirect(split_, atBounce[b], pools.counts, arrivalGroups(b), push);
+            commands.dispatchIndirect(kernel(Step::Split), atBounce[b], pools.counts, arrivalGroups(b), push);
             commands.barrier();
-            commands.dispatch(prepareVertices_, atBounce[b], 1, push);
+            commands.dispatch(kernel(Step::PrepareVertices), atBounce[b], 1, push);
             commands.barrier();
         }
-        commands.dispatchIndirect(shade_, atBounce[b], pools.counts, vertexGroups(b), push);
+        commands.dispatchIndirect(kernel(Step::Shade), atBounce[b], pools.counts, vertexGroups(b), push);
         commands.barrier();
         if (b + 1 == depth)
             break; // nothing was scattered
-        commands.dispatch(prepare_, atBounce[b], 1, push);
+        commands.dispatch(kernel(Step::PrepareDispatch), atBounce[b], 1, push);
         commands.barrier();
-        commands.dispatchIndirect(shadow_, atBounce[b], pools.counts, shadowGroups(b), push);
-        commands.barrier();
+        if (has(Step::TraceShadow)) {
+            commands.dispatchIndirect(kernel(Step::TraceShadow), atBounce[b], pools.counts, shadowGroups(b), push);
+            commands.barrier();
+        }
     }
 
     const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
@@ -210,17 +226,17 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
             Bindings sliced = atBounce[b];
             if (pass_.mode == kModeReverse)
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            commands.dispatchIndirect(scan_, sliced, pools.counts, vertexGroups(b),
+            commands.dispatchIndirect(kernel(Step::Scan), sliced, pools.counts, vertexGroups(b),
                                       gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
         }
         commands.barrier();
     }
     if (pass_.measure)
-        perPath(gatherMoments_);
+        perPath(kernel(Step::GatherMoments));
     if (pass_.measure && film)
         commands.barrier(); // nothing but the buffer that stands for missing ones is shared
     if (film)
-        perPath(gather_); // no pixel without a path is in an image
+        perPath(kernel(Step::GatherFilm)); // no pixel without a path is in an image
 }
 
 } // namespace cmpg

@@ -16,13 +16,14 @@ struct PoolNeeds {
     std::uint32_t maxDepth = 8;
     std::uint64_t gradientEntries = 0;
     bool layers = false;
-    bool guiding = false;  // passes may be guided or leave records
+    bool guide = false;    // passes look up the guide
+    bool record = false;   // passes leave records for it
+    bool measure = false;  // the second moments of reverse passes are measured
     bool roulette = false; // paths may split
 
     bool has(std::uint32_t mode) const { return (modes >> mode & 1u) != 0; }
-    bool prefixes() const { return has(gpu::kModeReverse) || (guiding && has(gpu::kModeForward)); }
-    bool derivativeRecords() const { return guiding && (has(gpu::kModeReverse) || has(gpu::kModeForward)); }
-    bool moments() const { return guiding && has(gpu::kModeReverse); }
+    bool prefixes() const { return has(gpu::kModeReverse) || (guide && has(gpu::kModeForward)); }
+    bool derivativeRecords() const { return record && (has(gpu::kModeReverse) || has(gpu::kModeForward)); }
     auto operator<=>(const PoolNeeds&) const = default;
 };
 
@@ -34,14 +35,24 @@ struct Pools {
     PoolNeeds needs;
 
     Buffer batch, pixelOffsets, paths, adjoint, film, layerSamples, layerFilm, gradients, direction, statistics;
-    Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, guideInfo, pathMoments;
+    Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, pathMoments;
     struct Bounce {
         Buffer vertices, visibility, tape, tangents, arrivals, visits, derivatives, moments;
     };
     std::vector<Bounce> bounces;
 };
 
-// The kernels of one mode, specialised for the scene.
+// The kernels of a pass.
+enum class Step { Generate, TraceCamera, Split, PrepareVertices, Shade, PrepareDispatch, TraceShadow, Trace, Scan, GatherMoments, GatherFilm };
+struct KernelChoice {
+    Step step;
+    const char* name;
+    std::vector<std::uint32_t> constants;
+};
+// Those that the pass needs, specialised for the scene, in the order they first run.
+std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const FeatureSet::Pass& pass);
+
+// The kernels of one kind of pass.
 class Wavefront {
   public:
     Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass);
@@ -55,10 +66,12 @@ class Wavefront {
 
   private:
     std::uint64_t gradientSlice() const; // gradient entries one binding reaches
+    const Kernel& kernel(Step step) const { return kernels_.at(step); }
+    bool has(Step step) const { return kernels_.contains(step); }
 
     Device& device_;
     FeatureSet::Pass pass_;
-    Kernel generate_, prepare_, traceCamera_, trace_, split_, prepareVertices_, shade_, shadow_, scan_, gather_, gatherMoments_;
+    std::map<Step, Kernel> kernels_;
 };
 
 } // namespace cmpg

@@ -5,13 +5,6 @@
 
 namespace cmpg {
 
-std::vector<bool> usedMaterials(const Scene& scene) {
-    std::vector<bool> used(scene.materials.size(), false);
-    for (const Triangle& t : scene.geometry.triangles)
-        used[t.material] = true;
-    return used;
-}
-
 float largestValue(const Parameter& p) {
     if (!p.values.empty())
         return *std::max_element(p.values.begin(), p.values.end());
@@ -20,70 +13,101 @@ float largestValue(const Parameter& p) {
     return scale * float(top) / 255.0f + std::max({p.bias.x, p.bias.y, p.bias.z});
 }
 
+double meanIntensity(const PunctualLight& light) { return (double(light.intensity.x) + light.intensity.y + light.intensity.z) / 3; }
+
 namespace {
 
-const Parameter& slot(const Scene& scene, const Material& m, SlotKind kind) {
-    return scene.parameters[m.parameters[std::size_t(kind)]];
-}
+constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 
-} // namespace
-
-FeatureSet analyse(const Scene& scene, const std::vector<std::uint32_t>& differentiable, bool lightSampling) {
+struct Analysis {
+    const Scene& scene;
+    std::vector<bool> asked; // by parameter: differentiable
     FeatureSet f;
-    std::vector<bool> wanted(scene.parameters.size(), false);
-    for (const std::uint32_t p : differentiable) {
-        wanted[p] = true;
-        f.differentiated |= 1u << std::uint32_t(scene.parameters[p].kind);
-    }
-    const std::vector<bool> used = usedMaterials(scene);
-    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-        if (!used[i])
-            continue;
-        const Material& m = scene.materials[i];
-        // A lobe is needed when it has a value or a derivative that somebody asked for.
-        const auto changes = [&](SlotKind kind) { return wanted[m.parameters[std::size_t(kind)]]; };
-        const bool metal = largestValue(slot(scene, m, SlotKind::Metallic)) > 0 || changes(SlotKind::Metallic);
-        const bool specular = largestValue(slot(scene, m, SlotKind::Specular)) > 0 || changes(SlotKind::Specular);
-        const Parameter& metallic = slot(scene, m, SlotKind::Metallic);
-        const bool allMetal = !metallic.textured && metallic.values.size() == 1 && metallic.values[0] >= 1 && !changes(SlotKind::Metallic);
+
+    // A parameter that may be positive, now or when somebody changes it.
+    bool matters(std::uint32_t parameter) const { return asked[parameter] || largestValue(scene.parameters[parameter]) > 0; }
+
+    void addMaterial(std::size_t index, bool lightSampling) {
+        const Material& m = scene.materials[index];
+        const auto of = [&](SlotKind kind) { return m.parameters[std::size_t(kind)]; };
+        const Parameter& metallic = scene.parameters[of(SlotKind::Metallic)];
+        const bool allMetal = metallic.values.size() == 1 && metallic.values[0] >= 1 && !asked[of(SlotKind::Metallic)];
+        const bool metal = matters(of(SlotKind::Metallic)), specular = !allMetal && matters(of(SlotKind::Specular));
+        const bool emits = matters(of(SlotKind::Emission));
         f.specular |= metal || specular;
         f.diffuse |= !allMetal;
+        f.alphaMask |= m.alphaMask;
+        f.emission |= emits;
+        f.triangleLights |= emits && lightSampling;
+
+        std::uint32_t& read = f.readSlots[index];
+        const auto reads = [&](SlotKind kind, bool wanted) { read |= wanted || asked[of(kind)] ? 1u << std::uint32_t(kind) : 0; };
+        reads(SlotKind::BaseColor, true);
+        reads(SlotKind::Roughness, metal || specular);
+        reads(SlotKind::Metallic, metal);
+        reads(SlotKind::Specular, specular);
+        reads(SlotKind::Emission, emits);
+        reads(SlotKind::Normal, m.hasNormalMap);
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
             const Parameter& p = scene.parameters[m.parameters[k]];
-            const bool isNormal = SlotKind(k) == SlotKind::Normal;
-            const bool differentiated = wanted[m.parameters[k]];
-            if (p.entries() > p.channels || (isNormal && (m.hasNormalMap || differentiated))) {
+            if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal)) {
                 f.texturedSlots |= 1u << k;
                 f.packedTextures |= p.values.empty();
                 f.texcoord1 |= p.texcoord == 1;
             }
         }
-        f.alphaMask |= m.alphaMask;
-        const bool emits = largestValue(slot(scene, m, SlotKind::Emission)) > 0 || changes(SlotKind::Emission);
-        f.emission |= emits;
-        f.triangleLights |= emits && lightSampling;
+        if (m.alphaMask && m.alphaTexture != ~0u) { // which is always packed
+            f.packedTextures = true;
+            f.texcoord1 |= scene.alphaTextures[m.alphaTexture].texcoord == 1;
+        }
     }
-    f.vertexNormals =
-        std::any_of(scene.geometry.normals.begin(), scene.geometry.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
-    f.texcoord1 = f.texcoord1 && !scene.geometry.uv1.empty();
-    f.colors = !scene.geometry.colors.empty();
-    f.tangents = (f.texturedSlots >> std::uint32_t(SlotKind::Normal) & 1u) && !scene.geometry.tangents.empty();
-    f.environment = scene.environment.has_value();
-    f.environmentLight = f.environment && lightSampling && largestValue(scene.parameters[scene.environment->parameter]) > 0;
-    f.punctualLights = !scene.lights.empty() && lightSampling;
-    if (f.alphaMask)
-        f.packedTextures = true;
-    return f;
-}
 
-FeatureSet allFeatures(const Scene& scene, const std::vector<std::uint32_t>& differentiable, bool lightSampling) {
-    FeatureSet f = analyse(scene, differentiable, lightSampling);
-    f.diffuse = f.specular = f.packedTextures = true;
-    f.texturedSlots = (1u << kMaterialSlots) - 1;
-    f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
-    f.emission = f.environment = true;
-    f.triangleLights = f.punctualLights = f.environmentLight = lightSampling;
-    return f;
+    void addGeometry() {
+        const Geometry& g = scene.geometry;
+        f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
+        f.texcoord1 = f.texcoord1 && !g.uv1.empty();
+        f.colors = !g.colors.empty();
+        f.tangents = (f.texturedSlots >> std::uint32_t(SlotKind::Normal) & 1u) && !g.tangents.empty();
+    }
+
+    void turnEverythingOn(bool lightSampling) {
+        f.everything = true;
+        f.diffuse = f.specular = f.packedTextures = true;
+        f.texturedSlots = kEverySlot;
+        f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
+        f.emission = f.environment = true;
+        f.triangleLights = f.punctualLights = f.environmentLight = lightSampling;
+        f.differentiated = kEverySlot | 1u << std::uint32_t(SlotKind::Radiance);
+        f.guiding = f.roulette = true;
+        f.readSlots.assign(scene.materials.size(), kEverySlot);
+    }
+};
+
+} // namespace
+
+FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
+    Analysis a{scene, std::vector<bool>(scene.parameters.size(), false), {}};
+    for (const std::uint32_t p : request.differentiable) {
+        a.asked[p] = true;
+        a.f.differentiated |= 1u << std::uint32_t(scene.parameters[p].kind);
+    }
+    std::vector<bool> used(scene.materials.size(), false);
+    for (const Triangle& t : scene.geometry.triangles)
+        used[t.material] = true;
+    a.f.readSlots.assign(scene.materials.size(), 0);
+    for (std::size_t i = 0; i < scene.materials.size(); ++i)
+        if (used[i])
+            a.addMaterial(i, request.lightSampling);
+    a.addGeometry();
+    a.f.environment = scene.environment && a.matters(scene.environment->parameter);
+    a.f.environmentLight = a.f.environment && request.lightSampling;
+    a.f.punctualLights = request.lightSampling && std::any_of(scene.lights.begin(), scene.lights.end(),
+                                                              [](const PunctualLight& l) { return meanIntensity(l) > 0; });
+    a.f.guiding = request.guiding;
+    a.f.roulette = request.guiding && !request.differentiable.empty();
+    if (request.everything)
+        a.turnEverythingOn(request.lightSampling);
+    return a.f;
 }
 
 std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& pass) const {
@@ -108,7 +132,6 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureFrozen] = pass.frozen;
     c[gpu::kFeatureLayers] = pass.layers;
     c[gpu::kFeatureMaxDepth] = pass.maxDepth;
-    c[gpu::kFeatureThreads] = pass.threads;
     c[gpu::kFeatureGuided] = pass.guided;
     c[gpu::kFeatureRecord] = pass.record;
     c[gpu::kFeatureRoulette] = pass.roulette;
@@ -128,27 +151,35 @@ std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint
     return c;
 }
 
-std::vector<std::string> FeatureSet::describe() const {
-    const auto line = [](const char* name, bool on) { return std::string(name) + (on ? "  on" : "  off"); };
-    std::string looked;
-    for (std::uint32_t k = 0; k < kMaterialSlots; ++k)
-        if (texturedSlots >> k & 1u)
-            looked += std::string(" ") + slotName(SlotKind(k));
+std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
+    const auto slots = [](std::uint32_t bits) {
+        std::string names;
+        for (std::uint32_t k = 0; k <= kMaterialSlots; ++k) // the last is the environment's radiance
+            if (bits >> k & 1u) {
+                names += names.empty() ? "" : " ";
+                names += slotName(SlotKind(k));
+            }
+        return names.empty() ? "off" : names;
+    };
+    const auto text = [](bool on) { return std::string(on ? "on" : "off"); };
     return {
-        "textures " + (looked.empty() ? " off" : looked),
-        line("diffuse lobe", diffuse),
-        line("specular lobe", specular),
-        line("packed textures", packedTextures),
-        line("vertex normals", vertexNormals),
-        line("second texture coordinates", texcoord1),
-        line("vertex colours", colors),
-        line("tangents", tangents),
-        line("alpha mask", alphaMask),
-        line("emissive surfaces", emission),
-        line("environment", environment),
-        line("sampling of emissive triangles", triangleLights),
-        line("sampling of punctual lights", punctualLights),
-        line("sampling of the environment", environmentLight),
+        {"textures", slots(texturedSlots)},
+        {"differentiated", slots(differentiated)},
+        {"diffuse lobe", text(diffuse)},
+        {"specular lobe", text(specular)},
+        {"packed textures", text(packedTextures)},
+        {"vertex normals", text(vertexNormals)},
+        {"second texture coordinates", text(texcoord1)},
+        {"vertex colours", text(colors)},
+        {"tangents", text(tangents)},
+        {"alpha mask", text(alphaMask)},
+        {"emissive surfaces", text(emission)},
+        {"environment", text(environment)},
+        {"sampling of emissive triangles", text(triangleLights)},
+        {"sampling of punctual lights", text(punctualLights)},
+        {"sampling of the environment", text(environmentLight)},
+        {"guided directions", text(guiding)},
+        {"roulette and splitting", text(roulette)},
     };
 }
 

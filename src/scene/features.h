@@ -1,10 +1,18 @@
-// What a scene requires of the renderer, as plain data: decides which kernels are specialised how and which buffers exist.
+// What a scene requires of the renderer, as plain data: decides which kernels are specialised how, which buffers exist, what is uploaded.
 #pragma once
 
 #include "scene/scene.h"
 #include "shared/features.h"
 
 namespace cmpg {
+
+// What is asked of a renderer beside the scene.
+struct FeatureRequest {
+    std::vector<std::uint32_t> differentiable = {}; // parameters
+    bool lightSampling = true;
+    bool guiding = false;    // passes may be guided; in reverse mode paths may split
+    bool everything = false; // all features on, whether they are needed or not: for comparison, the results are the same
+};
 
 struct FeatureSet {
     bool diffuse = false, specular = false;
@@ -14,6 +22,16 @@ struct FeatureSet {
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled
     std::uint32_t differentiated = 0; // bit per SlotKind
+    bool guiding = false, roulette = false; // some pass may use them
+    bool everything = false;                // every pass does
+
+    // By material: bit per SlotKind whose value some kernel reads. 0: no triangle uses the material, nothing of it is uploaded.
+    std::vector<std::uint32_t> readSlots;
+
+    bool lightSampling() const { return triangleLights || punctualLights || environmentLight; }
+    bool texcoords() const { return texturedSlots != 0 || alphaMask; }
+    bool attributes() const { return vertexNormals || colors || texcoords(); }
+    std::uint32_t attributeTexels() const { return 1 + texcoords() + tangents + colors; } // vec4s a vertex
 
     // Values of the specialization constants for one mode, in the order of shaders/shared/features.h.
     struct Pass {
@@ -25,19 +43,17 @@ struct FeatureSet {
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, bool refill) const;
-    std::uint32_t attributeTexels() const { return 2 + tangents + colors; } // vec4s a vertex
-    // One line each: name, whether it is on, why.
-    std::vector<std::string> describe() const;
+    // Name and what is on, of every feature.
+    std::vector<std::pair<std::string, std::string>> describe() const;
 };
 
-// Looks at everything once: only materials that some triangle uses count.
-FeatureSet analyse(const Scene& scene, const std::vector<std::uint32_t>& differentiable, bool lightSampling);
-// Everything on, for comparison.
-FeatureSet allFeatures(const Scene& scene, const std::vector<std::uint32_t>& differentiable, bool lightSampling);
+// Looks at everything once: only materials that some triangle uses count, and of those only what has an effect.
+FeatureSet analyse(const Scene& scene, const FeatureRequest& request);
 
-// Materials at least one triangle uses.
-std::vector<bool> usedMaterials(const Scene& scene);
 // Largest value of a parameter over its channels and texels; 0 for an empty one.
 float largestValue(const Parameter& parameter);
+
+// Mean over the channels of what a light sends out: light sampling leaves one without any alone.
+double meanIntensity(const PunctualLight& light);
 
 } // namespace cmpg

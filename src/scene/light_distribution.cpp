@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double mean(glm::vec3 rgb) { return (double(rgb.x) + rgb.y + rgb.z) / 3; }
-
 // Mean radiance over the texels and channels; packed textures are averaged in their decoded form.
 double meanValue(const Parameter& p) {
     double sum = 0;
@@ -135,7 +133,7 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         light.range = l.range;
         light.innerCos = l.innerCos;
         light.outerCos = l.outerCos;
-        const double i = mean(l.intensity);
+        const double i = meanIntensity(l);
         if (i <= 0)
             continue;
         switch (l.kind) {

@@ -221,16 +221,19 @@ void drawSave(Desk& desk) {
     if (beginField("folder") && ImGui::InputText("##folder", folder, sizeof folder))
         desk.folder = folder;
     const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
-    for (const char* const extension : {".png", ".exr"}) {
-        if (extension[1] == 'e')
+    for (const Desk::As as : {Desk::As::Seen, Desk::As::Values}) {
+        const bool values = as == Desk::As::Values;
+        if (values)
             ImGui::SameLine();
-        const std::string label = std::string("Picture as ") + (extension[1] == 'e' ? "EXR" : "PNG");
-        if (ImGui::Button(label.c_str(), {width, 0}))
-            ImGui::OpenPopup(extension);
-        if (ImGui::BeginPopup(extension)) {
+        const char* const label = values ? "Values (EXR)" : "Picture (PNG)";
+        if (ImGui::Button(label, {width, 0}))
+            ImGui::OpenPopup(label);
+        if (ImGui::BeginPopup(label)) {
             for (const LivePicture picture : picturesOf(desk.state->settings.mode, desk.layers))
                 if (desk.state->picture(picture) && ImGui::Selectable(livePictureName(picture)))
-                    desk.save(picture, extension);
+                    desk.save(picture, as);
+            if (desk.state->loss && ImGui::Selectable(values ? "loss (CSV)" : "loss"))
+                desk.saveLoss(as);
             ImGui::EndPopup();
         }
     }

@@ -92,9 +92,18 @@ std::filesystem::path Desk::fileFor(const std::string& name, const char* extensi
     return std::filesystem::path(folder.empty() ? "." : folder) / (scene + "-" + stem + extension);
 }
 
-void Desk::save(LivePicture picture, const char* extension) {
+void Desk::save(LivePicture picture, As as) {
     if (state->picture(picture))
-        session.save(picture, fileFor(livePictureName(picture), extension), looks.forFile(*state, picture));
+        session.save(picture, fileFor(livePictureName(picture), as == As::Seen ? ".png" : ".exr"), looks.forFile(*state, picture));
+}
+
+void Desk::saveLoss(As as) { session.saveLoss(fileFor("loss", as == As::Seen ? ".png" : ".csv")); }
+
+void Desk::saveMeant(As as) {
+    if (overLoss)
+        saveLoss(as);
+    else
+        save(hover ? hover->picture : LivePicture::Image, as);
 }
 
 void Desk::saveScene() {

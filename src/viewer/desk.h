@@ -27,6 +27,7 @@ struct Desk {
     PictureView& viewOf(LivePicture picture) { return views[std::size_t(groupOf(picture))]; }
     std::optional<Rectangle> pictureArea; // of the first panel, last frame: what "actual size" goes by
     std::optional<Hover> hover, hoverFound; // of the last frame, which this one shows; in this one
+    bool overLoss = false;                  // the cursor over the curve of the loss
     std::optional<glm::vec3> pivot; // where the last click hit; else straight ahead
     std::uint32_t pivotScene = 0;   // number of the scene it is in
 
@@ -65,7 +66,10 @@ struct Desk {
     void applyLayers(); // asks the work for what `layers` and `cells` show
     std::string sceneName() const; // folder and name of the file, as many are called scene.gltf
     std::filesystem::path fileFor(const std::string& name, const char* extension) const; // in `folder`, of this scene
-    void save(LivePicture picture, const char* extension);
+    enum class As { Seen, Values }; // PNG as it looks; EXR or CSV
+    void save(LivePicture picture, As as);
+    void saveLoss(As as);
+    void saveMeant(As as); // what is under the cursor, else the image
     void saveScene();
     void open(const std::filesystem::path& file); // a scene or a target, by its ending
 };

@@ -174,13 +174,16 @@ void drawPanels(Desk& desk, const Rectangle& area, std::vector<PanelQuad>& quads
     const float border = std::round(1.35f * font) + legendHeight();
     desk.pictureArea.reset();
     desk.hoverFound.reset();
+    desk.overLoss = false;
     const std::vector<Rectangle> places = tiles(space, pictures.size(), aspect, border, std::round(0.6f * font));
     for (std::size_t i = 0; i < pictures.size(); ++i)
         drawPanel(desk, pictures[i], places[i], quads);
     desk.hover = desk.hoverFound;
     if (plot) {
         const std::span<const double> loss = desk.state->loss ? std::span<const double>(*desk.state->loss) : std::span<const double>();
-        drawLossPlot({area.x, space.bottom() + 0.6f * font, area.width, plotHeight}, loss);
+        const Rectangle place{area.x, space.bottom() + 0.6f * font, area.width, plotHeight};
+        drawLossPlot(place, loss);
+        desk.overLoss = !loss.empty() && ImGui::IsWindowHovered() && ImGui::IsMouseHoveringRect({place.x, place.y}, {place.right(), place.bottom()});
     }
 }
 

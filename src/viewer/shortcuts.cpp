@@ -26,10 +26,6 @@ void setMode(Desk& desk, LiveMode mode) {
     desk.session.change([mode](LiveSettings& s) { s.mode = mode; });
 }
 
-LivePicture pictureMeant(const Desk& desk) {
-    return desk.hover ? desk.hover->picture : LivePicture::Image;
-}
-
 void exposeBy(Desk& desk, float stops) {
     desk.looks.settings.exposure = std::clamp(desk.looks.settings.exposure + stops, -20.f, 20.f);
 }
@@ -71,8 +67,8 @@ constexpr Shortcut kShortcuts[] = {
     {GLFW_KEY_C, kNone, "C", "camera as in the file", [](Desk& d) { d.resetCamera(); }},
     {GLFW_KEY_LEFT_BRACKET, kNone, "[  ]", "exposure, by half a stop", [](Desk& d) { exposeBy(d, -0.5f); }},
     {GLFW_KEY_RIGHT_BRACKET, kNone, nullptr, nullptr, [](Desk& d) { exposeBy(d, 0.5f); }},
-    {GLFW_KEY_S, kCtrl, "Ctrl+S", "save the picture under the cursor as PNG", [](Desk& d) { d.save(pictureMeant(d), ".png"); }},
-    {GLFW_KEY_E, kCtrl, "Ctrl+E", "save it as EXR, with its exact values", [](Desk& d) { d.save(pictureMeant(d), ".exr"); }},
+    {GLFW_KEY_S, kCtrl, "Ctrl+S", "save the picture or curve under the cursor as PNG", [](Desk& d) { d.saveMeant(Desk::As::Seen); }},
+    {GLFW_KEY_E, kCtrl, "Ctrl+E", "save it as EXR (the curve: CSV), with its exact values", [](Desk& d) { d.saveMeant(Desk::As::Values); }},
     {GLFW_KEY_S, kCtrlShift, "Ctrl+Shift+S", "save the scene with the values recovered", [](Desk& d) { d.saveScene(); }},
     {GLFW_KEY_F1, kNone, "F1", "this list", [](Desk& d) { d.help = !d.help; }},
     {GLFW_KEY_ESCAPE, kNone, "Esc", "close what is open", [](Desk& d) { d.help = d.inspector = false; }},

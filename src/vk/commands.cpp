@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace cmpg {
 
@@ -34,8 +35,7 @@ struct Commands::Impl {
     vk::raii::CommandPool pool;
     vk::raii::CommandBuffers buffers;
     enum class State { Empty, Recording, Recorded } state = State::Empty;
-    std::vector<vk::raii::DescriptorPool> setPools;
-    std::size_t usedSetPools = 0; // the last of these is being allocated from
+    std::vector<vk::raii::DescriptorPool> setPools; // the last is being allocated from
     struct Dispatch {
         std::string_view kernel; // its name in the table of embedded kernels
         std::uint32_t begin, end; // queries
@@ -61,7 +61,7 @@ struct Commands::Impl {
 
 const vk::raii::CommandBuffer& Commands::Impl::recording() {
     if (state == State::Recorded)
-        throw std::logic_error("commands were submitted and not cleared before recording more");
+        throw std::logic_error("commands were submitted: nothing more can be recorded");
     if (state == State::Empty) {
         buffers[0].begin({});
         state = State::Recording;
@@ -80,21 +80,18 @@ void Commands::Impl::barrier() {
 
 vk::DescriptorSet Commands::Impl::allocateSet(vk::DescriptorSetLayout layout) {
     for (;;) {
-        if (usedSetPools > 0) {
+        if (!setPools.empty()) {
             try {
-                // Plain handles: all sets of a pool are freed at once by clear().
-                const vk::DescriptorSetAllocateInfo allocate(*setPools[usedSetPools - 1], layout);
+                // Plain handles: all sets of a pool are freed with it.
+                const vk::DescriptorSetAllocateInfo allocate(*setPools.back(), layout);
                 return (*device.device).allocateDescriptorSets(allocate, *device.device.getDispatcher())[0];
             } catch (const vk::OutOfPoolMemoryError&) {
             } catch (const vk::FragmentedPoolError&) {
             }
         }
-        if (usedSetPools == setPools.size()) {
-            const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, kSetsPerPool * 16),
-                                   vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, kSetsPerPool * 8)};
-            setPools.push_back(device.device.createDescriptorPool({{}, kSetsPerPool, sizes}));
-        }
-        ++usedSetPools;
+        const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, kSetsPerPool * 16),
+                               vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, kSetsPerPool * 8)};
+        setPools.push_back(device.device.createDescriptorPool({{}, kSetsPerPool, sizes}));
     }
 }
 
@@ -219,20 +216,9 @@ void Commands::dispatchIndirectBytes(const Kernel& k, const Bindings& b, const B
                     [&](const auto& commands) { commands.dispatchIndirect(*arguments.impl()->raw.buffer, offset); });
 }
 
-void Commands::fill(const Buffer& buffer, std::uint32_t value, std::uint64_t offset, std::uint64_t bytes) {
-    if (offset % 4 != 0 || bytes % 4 != 0 || offset >= buffer.size() || bytes > buffer.size() - offset)
-        throw std::logic_error("fill: wrong range of '" + buffer.impl()->name + "'");
+void Commands::fill(const Buffer& buffer, std::uint32_t value) {
     impl_->otherCommandSince = true;
-    impl_->recording().fillBuffer(*buffer.impl()->raw.buffer, offset, bytes ? bytes : buffer.size() - offset, value);
-}
-
-void Commands::copy(const Buffer& from, std::uint64_t fromOffset, const Buffer& to, std::uint64_t toOffset, std::uint64_t bytes) {
-    if (bytes == 0)
-        return;
-    if (fromOffset > from.size() || bytes > from.size() - fromOffset || toOffset > to.size() || bytes > to.size() - toOffset)
-        throw std::logic_error("copy: wrong range of '" + from.impl()->name + "' or '" + to.impl()->name + "'");
-    impl_->otherCommandSince = true;
-    impl_->recording().copyBuffer(*from.impl()->raw.buffer, *to.impl()->raw.buffer, vk::BufferCopy(fromOffset, toOffset, bytes));
+    impl_->recording().fillBuffer(*buffer.impl()->raw.buffer, 0, buffer.size(), value);
 }
 
 void Commands::barrier() {
@@ -254,17 +240,6 @@ void Commands::submitAndWait() {
     impl_->collectTimes();
 }
 
-void Commands::clear() {
-    impl_->pool.reset();
-    for (std::size_t i = 0; i < impl_->usedSetPools; ++i)
-        impl_->setPools[i].reset();
-    impl_->usedSetPools = 0;
-    impl_->dispatches.clear();
-    impl_->queries = 0;
-    impl_->otherCommandSince = true;
-    impl_->state = Impl::State::Empty;
-}
-
 Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64_t offset, std::uint64_t bytes) {
     ranges_.at(binding) = {&buffer, offset, bytes};
     return *this;
@@ -274,7 +249,7 @@ const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges
 
 void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
     const ScopedTime time(device.impl().compileSeconds);
-    const auto times = device.impl().kernelTimes;
+    const auto times = std::exchange(device.impl().kernelTimes, {});
     Commands commands(device);
     const std::vector<std::byte> zeros(128);
     // No workgroup is launched; the driver compiles all the same.
@@ -283,7 +258,8 @@ void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindin
         commands.barrier(); // they share the dummies
     }
     commands.submitAndWait();
-    device.impl().kernelTimes = times;
+    for (const auto& [name, taken] : std::exchange(device.impl().kernelTimes, times))
+        device.impl().compileTimes[name] += taken.seconds;
 }
 
 } // namespace cmpg

@@ -224,6 +224,7 @@ std::uint32_t Device::driverThreads() const { return impl_->driverThreads; }
 const MemoryUse& Device::memory() const { return impl_->memory; }
 const std::map<std::string, KernelTime>& Device::kernelTimes() const { return impl_->kernelTimes; }
 double Device::compileSeconds() const { return impl_->compileSeconds; }
+const std::map<std::string, double>& Device::compileTimes() const { return impl_->compileTimes; }
 void Device::resetKernelTimes() { impl_->kernelTimes.clear(); }
 
 } // namespace cmpg

@@ -64,6 +64,7 @@ class Device {
     const MemoryUse& memory() const;
     const std::map<std::string, KernelTime>& kernelTimes() const;
     double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
+    const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, by kernel: there a CPU driver compiles
     void resetKernelTimes();
 
     struct Impl;
@@ -114,7 +115,6 @@ class Kernel {
 
     const std::string& name() const;
     std::uint32_t localSize() const; // invocations per workgroup
-    std::uint64_t spirvBytes() const;
 
     struct Impl;
     Impl* impl() const { return impl_.get(); }
@@ -153,12 +153,10 @@ class Commands {
     void dispatchIndirect(const Kernel& k, const Bindings& b, const Buffer& arguments, std::uint64_t offset, const Push& push) {
         dispatchIndirectBytes(k, b, arguments, offset, std::as_bytes(std::span(&push, 1)));
     }
-    void fill(const Buffer& buffer, std::uint32_t value, std::uint64_t offset = 0, std::uint64_t bytes = 0);
-    void copy(const Buffer& from, std::uint64_t fromOffset, const Buffer& to, std::uint64_t toOffset, std::uint64_t bytes);
+    void fill(const Buffer& buffer, std::uint32_t value);
     void barrier(); // everything before is visible to everything after; dispatch() does not insert any
 
     void submitAndWait(); // adds to the device's kernelTimes(); throws Error(Device) when the device is lost
-    void clear();         // forget the recorded commands, to record again
 
   private:
     friend void warmUp(Device&, std::span<const Kernel* const>, const Bindings&);

@@ -45,6 +45,7 @@ struct Device::Impl {
     MemoryUse memory;
     std::map<std::string, KernelTime> kernelTimes;
     double compileSeconds = 0;
+    std::map<std::string, double> compileTimes;
 
     explicit Impl(const Options& options);
 
@@ -89,7 +90,6 @@ struct Kernel::Impl {
     Device::Impl* device = nullptr;
     std::string name;
     KernelInterface interface;
-    std::uint64_t spirvBytes = 0;
     vk::raii::DescriptorSetLayout setLayout{nullptr};
     vk::raii::PipelineLayout pipelineLayout{nullptr};
     vk::raii::Pipeline pipeline{nullptr};

@@ -49,7 +49,6 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
     impl_->device = &owner;
     impl_->name = embedded.name;
     impl_->interface = reflect(spirv, constants);
-    impl_->spirvBytes = spirv.size_bytes();
     requireCapabilities(owner, impl_->name, impl_->interface);
 
     std::vector<vk::SpecializationMapEntry> entries;
@@ -79,7 +78,6 @@ Kernel::Kernel(Kernel&&) noexcept = default;
 Kernel& Kernel::operator=(Kernel&&) noexcept = default;
 
 const std::string& Kernel::name() const { return impl_->name; }
-std::uint64_t Kernel::spirvBytes() const { return impl_->spirvBytes; }
 std::uint32_t Kernel::localSize() const {
     const auto [x, y, z] = impl_->interface.localSize;
     return x * y * z;

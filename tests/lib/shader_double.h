@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shared/guide.h"
+#include "shared/material.h"
 
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -14,6 +15,7 @@ using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
 #define float double
 #include "shader_library.inc"

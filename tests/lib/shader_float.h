@@ -3,6 +3,7 @@
 #pragma once
 
 #include "shared/guide.h"
+#include "shared/material.h"
 
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -15,6 +16,7 @@ namespace cmpg::shader_float {
 using namespace glm;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
 #include "shader_library.inc"
 } // namespace cmpg::shader_float

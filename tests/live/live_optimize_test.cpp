@@ -6,6 +6,8 @@
 #include "app/targets.h"
 #include "optimize/renderer_model.h"
 
+#include <fstream>
+
 namespace cmpg::test {
 namespace {
 
@@ -199,11 +201,21 @@ TEST_F(LiveOptimize, SavesWhatIsSeen) {
     (*live)->save(LivePicture::Gradient, scratch_ / "gradient.exr");
     (*live)->save(LivePicture::Gradient, scratch_ / "gradient.png");
     (*live)->save(LivePicture::Parameter, scratch_ / "parameter.png", {.exposure = 1});
+    (*live)->saveLoss(scratch_ / "loss.png");
+    (*live)->saveLoss(scratch_ / "loss.csv");
     (*live)->saveScene(scratch_ / "saved");
-    live->until([](const LiveState& s) { return s.message.number == 5; }, "5 files");
+    live->until([](const LiveState& s) { return s.message.number == 7; }, "7 files");
     EXPECT_EQ(readImage(scratch_ / "image.exr").image.values, state->picture(LivePicture::Image)->values);
     EXPECT_EQ(readImage(scratch_ / "gradient.exr").image.values, state->picture(LivePicture::Gradient)->values);
     EXPECT_GT(readImage(scratch_ / "gradient.png").image.height, readImage(scratch_ / "gradient.png").image.width); // the legend
+    std::ifstream rows(scratch_ / "loss.csv");
+    std::string header, first, second;
+    rows >> header >> first >> second;
+    EXPECT_EQ(header, "step,loss");
+    EXPECT_EQ(std::stod(first.substr(2)), state->loss->at(0));
+    EXPECT_EQ(std::stod(second.substr(2)), state->loss->at(1));
+    const Image curve = readImage(scratch_ / "loss.png").image;
+    EXPECT_LT(*std::min_element(curve.values.begin(), curve.values.end()), 0.5f); // something is drawn
     const Scene saved = loadGltf(scratch_ / "saved/scene.gltf");
     const Image exact = readImage(scratch_ / "saved/parameters/painting.baseColor.exr").image;
     EXPECT_EQ(exact.values, state->picture(LivePicture::Parameter)->values);
@@ -213,8 +225,9 @@ TEST_F(LiveOptimize, SavesWhatIsSeen) {
     (*live)->save(LivePicture::Image, scratch_ / "no/such/folder.exr");
     (*live)->save(LivePicture::Image, scratch_ / "image.txt");
     (*live)->save(LivePicture::Cells, scratch_ / "cells.png");
-    live->untilError(3);
-    EXPECT_EQ((*live)->state()->message.number, 5u);
+    (*live)->saveLoss(scratch_ / "loss.txt");
+    live->untilError(4);
+    EXPECT_EQ((*live)->state()->message.number, 7u);
 }
 
 } // namespace

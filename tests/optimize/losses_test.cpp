@@ -126,18 +126,6 @@ TEST(Losses, RefusesWhatCannotBeCompared) {
     EXPECT_THROW(evaluateLoss(Loss::Mse, image, image, std::vector<float>(16, 0.f)), Error);
 }
 
-TEST(Losses, NamesGoBothWays) {
-    for (const Loss loss : kAll)
-        EXPECT_EQ(parseLoss(lossName(loss)), loss);
-    try {
-        parseLoss("mean");
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Usage);
-        EXPECT_NE(error.remedy.find("relative-mse"), std::string::npos);
-    }
-}
-
 TEST(OrderedSum, AddsFixedChunksInOrder) {
     // Values whose sum depends on the order in the last bits.
     std::vector<double> values(10007);

@@ -187,7 +187,7 @@ void compareRays(bool portable) {
         const glm::vec3 v = glm::normalize(glm::cross(u, random.direction())) * random.between(0.3f, 1.5f);
         b.quad(i % 6 ? sheet : solid, random.inBox(glm::vec3(-1), glm::vec3(1)), u, v);
     }
-    const FeatureSet features = analyse(b.scene, {}, false);
+    const FeatureSet features = analyse(b.scene, {.lightSampling = false});
     ASSERT_TRUE(features.alphaMask);
     const SceneBuffers buffers(device, b.scene, features, {}, false);
     const Bvh bvh = buildBvh(b.scene.geometry);

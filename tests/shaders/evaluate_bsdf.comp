@@ -37,7 +37,7 @@ void main() {
     const uint i = globalIndex();
     if (i >= count) return;
     const Query q = queries[i];
-    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior);
+    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu);
     BsdfDerivatives d;
     Result r;
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);

@@ -9,7 +9,6 @@
 
 #include <array>
 
-
 namespace cmpg::test {
 
 class Tracer {

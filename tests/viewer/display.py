@@ -1,4 +1,6 @@
 # A display without a screen, for tests of the window: Xvfb, synthetic input by xdotool, pictures of what is shown.
+import ctypes
+import ctypes.util
 import mmap
 import os
 import shutil
@@ -66,6 +68,10 @@ class Display:
         run = subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True, timeout=60)
         return run.stdout.strip()
 
+    def manage(self):
+        """Messages that a window manager sends; there is none here."""
+        return WindowManager(self.environment["DISPLAY"])
+
     def screen(self):
         """What the display shows: Xvfb keeps it in a file in the format of xwd."""
         with open(os.path.join(self.folder, "Xvfb_screen0"), "rb") as file, mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ) as data:
@@ -81,3 +87,53 @@ class Display:
                 rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]
                 rows.append(bytes(rgb))
             return Picture(width, height, rows)
+
+
+class WindowManager:
+    """What a window manager does to a window by the conventions between clients (ICCCM 4.1.4 and 4.2.8.1)."""
+
+    NORMAL, ICONIC = 1, 3
+    REPLACE, CLIENT_MESSAGE = 0, 33
+
+    class Message(ctypes.Structure):  # XClientMessageEvent
+        _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int), ("display", ctypes.c_void_p),
+                    ("window", ctypes.c_ulong), ("message_type", ctypes.c_ulong), ("format", ctypes.c_int), ("data", ctypes.c_long * 5),
+                    ("room", ctypes.c_long * 12)]  # of XEvent, which is larger
+
+    def __init__(self, name):
+        self.x = ctypes.CDLL(ctypes.util.find_library("X11"))
+        self.x.XOpenDisplay.restype = ctypes.c_void_p
+        self.x.XInternAtom.restype = ctypes.c_ulong
+        self.display = ctypes.c_void_p(self.x.XOpenDisplay(name.encode()))
+        assert self.display, name
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.x.XCloseDisplay(self.display)
+
+    def atom(self, name):
+        return self.x.XInternAtom(self.display, name.encode(), 0)
+
+    def close(self, window):
+        """The button in the corner."""
+        message = self.Message(type=self.CLIENT_MESSAGE, window=window, message_type=self.atom("WM_PROTOCOLS"), format=32)
+        message.data[0] = self.atom("WM_DELETE_WINDOW")
+        assert self.x.XSendEvent(self.display, ctypes.c_ulong(window), 0, ctypes.c_long(0), ctypes.byref(message))
+        self.x.XSync(self.display, 0)
+
+    def set_state(self, window, state):
+        atom = ctypes.c_ulong(self.atom("WM_STATE"))
+        values = (ctypes.c_long * 2)(state, 0)
+        self.x.XChangeProperty(self.display, ctypes.c_ulong(window), atom, atom, 32, self.REPLACE, values, 2)
+
+    def minimise(self, window):
+        self.set_state(window, self.ICONIC)
+        self.x.XUnmapWindow(self.display, ctypes.c_ulong(window))
+        self.x.XSync(self.display, 0)
+
+    def restore(self, window):
+        self.set_state(window, self.NORMAL)
+        self.x.XMapWindow(self.display, ctypes.c_ulong(window))
+        self.x.XSync(self.display, 0)

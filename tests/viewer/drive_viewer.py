@@ -155,6 +155,13 @@ def optimize(display, folder):
     viewer.shown(pictures.read_png(viewer.save("box-image.png")), "image-optimised")
     run_headless("view", target, "-o", os.path.join(folder, "target.png"))
     viewer.shown(pictures.read_png(os.path.join(folder, "target.png")), "target")
+    # The curve of the loss, at the bottom, as a picture and as values.
+    display.xdotool("mousemove", 800, 840)
+    time.sleep(0.5)
+    viewer.save("box-loss.png")
+    with open(viewer.save("box-loss.csv", "ctrl+e")) as rows:
+        assert len(rows.readlines()) == step + 2  # with the header
+    viewer.park()
     viewer.key("ctrl+shift+s")
     wait_until(lambda: os.path.exists(os.path.join(folder, "box-recovered", "scene.gltf")), 60, "scene saved")
     viewer.key("r")
@@ -193,12 +200,16 @@ def storm(display, folder):
             display.xdotool("windowunmap", viewer.window)
             time.sleep(generator.uniform(0, 0.3))
             display.xdotool("windowmap", viewer.window)
-    display.xdotool("windowunmap", "--sync", viewer.window)
-    time.sleep(1)
-    busy = processor_seconds(viewer.process.pid)
-    display.xdotool("windowmap", "--sync", viewer.window)
+    with display.manage() as manager:
+        for i in range(20):
+            manager.minimise(int(viewer.window))
+            time.sleep(generator.uniform(0, 0.2))
+            manager.restore(int(viewer.window))
+        manager.minimise(int(viewer.window))
+        samples = int(re.search(r"(\d+) sample", viewer.title()).group(1))
+        wait_until(lambda: int(re.search(r"(\d+) sample", viewer.title()).group(1)) > samples, PATIENCE, "work while minimised")
+        manager.restore(int(viewer.window))
     display.xdotool("windowsize", "--sync", viewer.window, 1440, 900)
-    print(f"used {busy:.1f} s of processor time")
     viewer.park()
     viewer.key("space")
     viewer.wait_title("at rest")
@@ -228,7 +239,7 @@ def idle(display, folder):
 
 def close_midstep(display, folder):
     """Closing never waits for a step or a compilation to end."""
-    for wait, end in (("step 0", "key"), ("step [1-9]", "key"), ("step 0", "signal")):
+    for wait, end in (("step 0", "key"), ("step [1-9]", "key"), ("step 0", "button"), ("step 0", "signal")):
         viewer = Viewer(display, folder, "box", "--param", "painting.baseColor", "--set", "painting.baseColor=0.5", "--spp", 1024)
         viewer.key("3")
         viewer.wait_title(wait if wait == "step 0" else "optimise")
@@ -236,6 +247,10 @@ def close_midstep(display, folder):
         began = time.monotonic()
         if end == "key":
             viewer.quit(60)
+        elif end == "button":
+            with display.manage() as manager:
+                manager.close(int(viewer.window))
+            assert viewer.process.wait(60) == 0 and viewer.said() == "", viewer.said()
         else:
             viewer.process.send_signal(signal.SIGTERM)
             assert viewer.process.wait(60) == 130, viewer.said()

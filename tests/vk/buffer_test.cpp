@@ -1,4 +1,4 @@
-// Buffers: transfers, copies, fills, accounting, failures.
+// Buffers: transfers, accounting, failures.
 #include "base/error.h"
 #include "devices.h"
 
@@ -34,30 +34,6 @@ TEST(Buffer, RoundTripThroughStaging) {
     Device device({});
     unsetenv("CMPG_STAGING");
     roundTrip(device);
-}
-
-TEST(Buffer, FillAndCopy) {
-    Device& device = test::device();
-    Buffer from(device, "from", 64, MemoryKind::Transient), to(device, "to", 64, MemoryKind::Transient);
-    from.uploadAll(counting(16));
-    Commands commands(device);
-    commands.fill(to, 0xabcdef01, 4, 8);
-    commands.barrier();
-    commands.copy(from, 8, to, 32, 12);
-    commands.submitAndWait();
-    std::vector<std::uint32_t> expected(16, 0);
-    expected[1] = expected[2] = 0xabcdef01;
-    expected[8] = 3, expected[9] = 4, expected[10] = 5;
-    EXPECT_EQ(to.downloadAll<std::uint32_t>(16), expected);
-
-    commands.clear();
-    commands.fill(to, 7);
-    commands.submitAndWait();
-    EXPECT_EQ(to.downloadAll<std::uint32_t>(16), std::vector<std::uint32_t>(16, 7));
-    EXPECT_THROW(commands.fill(to, 7), std::logic_error) << "not cleared";
-    commands.clear();
-    EXPECT_THROW(commands.fill(to, 7, 60, 8), std::logic_error);
-    EXPECT_THROW(commands.copy(from, 0, to, 60, 8), std::logic_error);
 }
 
 TEST(Buffer, MemoryAccounting) {

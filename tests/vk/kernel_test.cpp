@@ -188,10 +188,9 @@ TEST(Kernel, ManyDispatchesInOneSubmission) {
     Device& device = test::device();
     const Kernel kernel(device, "write_index");
     const Buffer result(device, "result", 256, MemoryKind::Transient);
-    Commands commands(device);
     device.resetKernelTimes();
     for (int round = 1; round <= 2; ++round) {
-        commands.clear();
+        Commands commands(device);
         for (std::uint32_t i = 0; i < dispatches; ++i) {
             commands.dispatch(kernel, Bindings().set(0, result), 64, Count{64});
             commands.barrier();

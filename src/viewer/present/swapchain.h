@@ -25,7 +25,6 @@ class Swapchain {
 
     vk::RenderPass renderPass() const { return *renderPass_; }
     vk::Extent2D extent() const { return extent_; }
-    std::uint32_t imageCount() const { return std::uint32_t(frames_.size()); }
 
   private:
     vk::Extent2D wantedExtent(const vk::SurfaceCapabilitiesKHR& capabilities) const;

@@ -1,0 +1,270 @@
+// Only what a scene requires: the same bits as with every feature on, and nothing in device memory that nobody reads.
+#include "support/guided_fixture.h"
+#include "support/scene_builder.h"
+
+#include "render/scene_buffers.h"
+#include "render/wavefront.h"
+
+namespace cmpg::test {
+namespace {
+
+struct Results {
+    Image image, forward;
+    std::vector<std::vector<double>> gradients;
+};
+
+Results run(const Scene& scene, const std::vector<std::string>& globs, RenderConfig config, bool everything) {
+    config.allFeatures = everything;
+    config.maxDepth = 5;
+    Bench s(scene, globs, config);
+    const View view = viewOf(s.scene, 32, 24);
+    Results r;
+    r.image = s.renderer->render(view, 4, {3, 0, 0});
+    r.forward = s.renderer->forward(view, 4, {3, 0, 1}, s.config.differentiable, s.ones());
+    Image adjoint(view.width, view.height, 3);
+    for (std::size_t i = 0; i < adjoint.values.size(); ++i)
+        adjoint.values[i] = 0.1f + float(i * 7919 % 101) / 100;
+    s.renderer->reverse(view, 4, {3, 0, 1}, adjoint, {}, {}, r.gradients);
+    return r;
+}
+
+// Bit by bit; an expectation of equality would print all values.
+template <class T> std::size_t different(const std::vector<T>& a, const std::vector<T>& b) {
+    if (a.size() != b.size())
+        return std::max(a.size(), b.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        count += a[i] != b[i];
+    return count;
+}
+
+void compareWithEverything(const Scene& scene, const std::vector<std::string>& globs, const RenderConfig& config = {}) {
+    if (device().info().type != "cpu")
+        GTEST_SKIP() << "compilers of other devices may contract differently";
+    const Results own = run(scene, globs, config, false), all = run(scene, globs, config, true);
+    ASSERT_GT(meanOf(own.image), 0);
+    EXPECT_EQ(different(own.image.values, all.image.values), 0u) << "image";
+    EXPECT_EQ(different(own.forward.values, all.forward.values), 0u) << "forward";
+    ASSERT_EQ(own.gradients.size(), all.gradients.size());
+    for (std::size_t i = 0; i < own.gradients.size(); ++i)
+        EXPECT_EQ(different(own.gradients[i], all.gradients[i]), 0u) << "gradient " << i;
+}
+
+void compareWithEverything(const std::string& name, const std::vector<std::string>& globs, const RenderConfig& config = {}) {
+    compareWithEverything(bundledScene(name), globs, config);
+}
+
+TEST(Features, SameBitsBox) { compareWithEverything("box", {"painting.baseColor"}); }
+TEST(Features, SameBitsBoxLight) { compareWithEverything("box", {"light.emission", "white.baseColor"}); }
+TEST(Features, SameBitsFurnace) { compareWithEverything("furnace", {"*.baseColor"}); }
+TEST(Features, SameBitsMaterials) { compareWithEverything("materials", {"varied.*"}); }
+TEST(Features, SameBitsBowl) { compareWithEverything("bowl", {"bowl.roughness", "table.baseColor"}); }
+TEST(Features, SameBitsEnvironment) { compareWithEverything("environment", {"environment.radiance"}); }
+TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
+
+// Guided in both: with a guide that learned alike, and drawn from it.
+TEST(Features, SameBitsGuided) {
+    if (device().info().type != "cpu")
+        GTEST_SKIP() << "compilers of other devices may contract differently";
+    std::vector<std::vector<double>> gradients[2];
+    Image images[2];
+    for (const bool everything : {false, true}) {
+        RenderConfig config = guidedConfig();
+        config.allFeatures = everything;
+        GuidedBench s("door", {"painting.baseColor"}, 32, config);
+        const double reference = s.train(3, 4);
+        s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = reference});
+        gradients[everything] = s.gradient(4, {5, 0, 1});
+        s.renderer->setSampling({.kind = Sampling::Primal});
+        images[everything] = s.renderer->render(s.view, 4, {5, 0, 0});
+        ASSERT_GT(s.renderer->statistics().guided.size(), 0u);
+    }
+    EXPECT_EQ(different(gradients[0][0], gradients[1][0]), 0u);
+    EXPECT_EQ(different(images[0].values, images[1].values), 0u);
+}
+
+// The pilot image of the first pass that records needs pools of its own mode; the direction must survive that.
+TEST(Features, FirstRecordedForwardPassHasItsDirection) {
+    const auto first = [](bool record) {
+        GuidedBench s("box", {"painting.baseColor"}, 16);
+        s.renderer->setSampling({.record = record});
+        return s.renderer->forward(s.view, 4, {5, 0, 1}, s.config.differentiable, s.directions);
+    };
+    const Image plain = first(false);
+    ASSERT_GT(meanOf(plain), 0);
+    EXPECT_EQ(different(plain.values, first(true).values), 0u);
+}
+
+// Two squares under a lamp, one material for each; the tests add what nobody reads.
+struct Room : SceneBuilder {
+    std::uint32_t floor, wall, lamp;
+
+    Room() : floor(material("floor", 0.6f, 0)), wall(material("wall", 0.4f, 0)), lamp(material("lamp", 0, 3)) {
+        square(floor, 0);
+        quad(wall, {-1, 1, 0}, {2, 0, 0}, {0, 0, 2});
+        quad(lamp, {-0.5f, 0.5f, 1.5f}, {1, 0, 0}, {0, -1, 0});
+        camera(1.4f);
+    }
+    Parameter& slot(std::uint32_t material, SlotKind kind) { return scene.parameters[scene.materials[material].parameters[std::size_t(kind)]]; }
+    void texture(std::uint32_t material, SlotKind kind, float value, std::uint32_t edge = 64) {
+        Parameter& p = slot(material, kind);
+        p.width = p.height = edge;
+        p.textured = true;
+        p.values.assign(p.entries(), value);
+    }
+};
+
+// No texture but that of the holes, in a lamp that is sampled.
+TEST(Features, SameBitsAlphaMask) {
+    Room room;
+    Material& lamp = room.scene.materials[room.lamp];
+    lamp.alphaMask = true;
+    lamp.alphaTexture = 0;
+    room.scene.alphaTextures = {{.width = 2, .height = 2, .nearest = true, .alpha = {0, 255, 255, 0}}};
+    compareWithEverything(room.scene, {"floor.baseColor"});
+}
+
+using Buffers = std::map<std::string, std::uint64_t>; // bytes
+
+// What a renderer of the scene puts on the device before its first pass. Texel buffers are padded.
+constexpr std::uint64_t kPadding = 768;
+Buffers uploaded(Scene scene, RenderConfig config = {}) {
+    const Renderer renderer(device(), scene, config);
+    return device().memory().buffers;
+}
+
+void expectBytes(const Buffers& buffers, const char* name, std::uint64_t bytes) {
+    ASSERT_TRUE(buffers.contains(name)) << name;
+    EXPECT_GE(buffers.at(name), bytes) << name;
+    EXPECT_LE(buffers.at(name), bytes + kPadding) << name;
+}
+
+TEST(Features, MaterialsNobodyUsesAreNotUploaded) {
+    Room plain, more;
+    for (int i = 0; i < 5; ++i) {
+        const std::uint32_t unused = more.material("unused" + std::to_string(i), 0.5f, 9);
+        more.texture(unused, SlotKind::BaseColor, 0.5f);
+        more.scene.materials[unused].alphaMask = true;
+        more.scene.materials[unused].alphaTexture = 0;
+    }
+    more.scene.alphaTextures.push_back({.width = 64, .height = 64, .alpha = std::vector<std::uint8_t>(64 * 64, 9)});
+    EXPECT_EQ(uploaded(plain.scene), uploaded(more.scene));
+    // Wherever it stands in the list.
+    Room last;
+    last.scene.materials.insert(last.scene.materials.begin(), last.scene.materials[last.lamp]);
+    for (Triangle& t : last.scene.geometry.triangles)
+        ++t.material;
+    EXPECT_EQ(uploaded(plain.scene), uploaded(last.scene));
+    Bench a(plain.scene, {}), b(last.scene, {});
+    EXPECT_EQ(different(a.renderer->render(viewOf(a.scene, 16, 16), 4, {}).values, b.renderer->render(viewOf(b.scene, 16, 16), 4, {}).values), 0u);
+}
+
+TEST(Features, TexturesNobodyReadsAreNotUploaded) {
+    const Room plain;
+    const Buffers constant = uploaded(plain.scene);
+    EXPECT_FALSE(constant.contains("parameter values"));
+    EXPECT_FALSE(constant.contains("material slots"));
+    EXPECT_FALSE(constant.contains("vertex attributes"));
+    // A roughness without a lobe that is rough, an emission of nothing, a metal's part and a gloss of nothing.
+    Room idle;
+    idle.texture(idle.floor, SlotKind::Roughness, 0.3f);
+    idle.texture(idle.floor, SlotKind::Emission, 0);
+    idle.texture(idle.wall, SlotKind::Metallic, 0);
+    idle.texture(idle.wall, SlotKind::Specular, 0);
+    EXPECT_EQ(uploaded(idle.scene), constant);
+    // They are as soon as they matter, or somebody asks for their derivative.
+    Room glossy = idle;
+    glossy.slot(glossy.floor, SlotKind::Specular).values = {0.5f};
+    expectBytes(uploaded(glossy.scene), "parameter values", 64 * 64 * 4); // one float a texel
+    expectBytes(uploaded(idle.scene, {.differentiable = {idle.scene.parameter("floor.emission")}}), "parameter values", 64 * 64 * 16);
+    // Two texels a vertex where textures are read, one for normals alone, none without either.
+    Room many;
+    for (int i = 0; i < 500; ++i)
+        many.square(many.floor, 0.001f * float(i));
+    const std::uint64_t vertices = many.scene.geometry.positions.size();
+    EXPECT_FALSE(uploaded(many.scene).contains("vertex attributes"));
+    many.scene.geometry.normals.assign(vertices, glm::vec3(0, 0, 1));
+    expectBytes(uploaded(many.scene), "vertex attributes", vertices * 16);
+    many.texture(many.floor, SlotKind::BaseColor, 0.3f, 8);
+    expectBytes(uploaded(many.scene), "vertex attributes", vertices * 32);
+}
+
+TEST(Features, LightsThatCannotBeSampledAreNotUploaded) {
+    const Room plain;
+    const Buffers one = uploaded(plain.scene);
+    expectBytes(one, "lights", 2 * sizeof(gpu::GpuLight));
+    Room dark;
+    dark.scene.lights.assign(100, {.intensity = glm::vec3(0)});
+    Parameter sky;
+    sky.name = "environment.radiance";
+    sky.kind = SlotKind::Radiance;
+    sky.width = 16;
+    sky.height = 8;
+    sky.values.assign(sky.entries(), 0.0f);
+    dark.scene.environment = Environment{std::uint32_t(dark.scene.parameters.size())};
+    dark.scene.parameters.push_back(sky);
+    EXPECT_EQ(uploaded(dark.scene), one);
+    // Nothing is sampled without light sampling, nor at the last segment.
+    for (const RenderConfig& config : {RenderConfig{.lightSampling = false}, RenderConfig{.maxDepth = 1}}) {
+        Room lit;
+        lit.scene.lights = {{}};
+        const Buffers none = uploaded(lit.scene, config);
+        for (const char* name : {"lights", "light density", "environment distribution"})
+            EXPECT_FALSE(none.contains(name)) << name;
+    }
+    Room lit = dark;
+    lit.scene.lights.assign(100, {});
+    lit.scene.parameters.back().values.assign(sky.entries(), 0.1f);
+    const Buffers all = uploaded(lit.scene);
+    expectBytes(all, "lights", 103 * sizeof(gpu::GpuLight));
+    EXPECT_TRUE(all.contains("environment distribution"));
+}
+
+// Bytes of the pools for a fixed number of paths: a pass costs what was asked for, and no more.
+TEST(Features, PoolsHoldWhatPassesNeed) {
+    const Room room;
+    const auto pools = [&](FeatureRequest request, PoolNeeds needs) {
+        const FeatureSet features = analyse(room.scene, request);
+        const Pools made(device(), features, needs, std::uint64_t(1) << 30);
+        return device().memory().buffers;
+    };
+    const std::uint32_t images = 1u << gpu::kModeRender, reverse = 1u << gpu::kModeReverse;
+    const Buffers plain = pools({}, {.modes = images});
+    for (const char* name : {"tape", "tangents", "prefixes", "adjoint tile", "gradient sums", "direction", "copies", "arrivals", "guide visits",
+                             "derivative parts", "moments", "path moments", "layer samples", "layer tile"})
+        EXPECT_FALSE(plain.contains(name)) << name;
+    for (const char* name : {"shadow rays", "visibility"}) {
+        EXPECT_TRUE(plain.contains(name)) << name;
+        EXPECT_FALSE(pools({.lightSampling = false}, {.modes = images}).contains(name)) << name;
+    }
+    // Each parameter asked for takes its own planes of the tape.
+    const std::uint32_t color = room.scene.parameter("floor.baseColor"), lamp = room.scene.parameter("lamp.emission");
+    const PoolNeeds gradient{.modes = images | reverse, .gradientEntries = 3};
+    const std::uint64_t one = pools({.differentiable = {color}}, gradient).at("tape");
+    const std::uint64_t words = gpu::kTapeSurface + gpu::kTapeThroughput + gpu::kTapeSlot;
+    EXPECT_EQ(pools({.differentiable = {color, lamp}}, gradient).at("tape") * words,
+              one * (words + gpu::kTapeEmissionWeight + gpu::kTapeLight));
+    const Buffers unguided = pools({.differentiable = {color}}, gradient);
+    for (const char* name : {"copies", "arrivals", "guide visits", "derivative parts", "moments", "path moments", "tangents", "direction"})
+        EXPECT_FALSE(unguided.contains(name)) << name;
+}
+
+// No kernel is built that no dispatch would run.
+TEST(Features, KernelsAreThoseThatRun) {
+    const Room room;
+    const auto names = [&](const FeatureRequest& request, const FeatureSet::Pass& pass) {
+        std::vector<std::string> list;
+        for (const KernelChoice& k : chooseKernels(analyse(room.scene, request), pass))
+            list.push_back(k.name);
+        return list;
+    };
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(names({}, {.maxDepth = 1}), (Names{"generate_rays", "trace_closest", "shade_vertex", "scan_tape", "gather_film"}));
+    EXPECT_EQ(names({.lightSampling = false}, {.maxDepth = 4}),
+              (Names{"generate_rays", "trace_closest", "shade_vertex", "prepare_dispatch", "trace_closest", "scan_tape", "gather_film"}));
+    const Names all = names({}, {.roulette = true, .measure = true, .maxDepth = 4});
+    EXPECT_EQ(all.size(), 11u);
+}
+
+} // namespace
+} // namespace cmpg::test
