@@ -2,8 +2,11 @@
 #include "command_line.h"
 #include "scene/image.h"
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 namespace cmpg {

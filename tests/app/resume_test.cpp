@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -115,7 +116,7 @@ void Resume::killAndResume(int kills) {
     const Files expected = uninterrupted();
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::mt19937 random(11);
-    std::uniform_real_distribution<double> moment(0, seconds);
+    double latest = seconds;
     int survived = 0, amidst = 0, finished = 0;
     for (int run = 0; survived < kills; ++run) {
         const std::string name = "run" + std::to_string(run);
@@ -123,7 +124,7 @@ void Resume::killAndResume(int kills) {
         for (bool done = false; !done;) {
             RunningProgram program(arguments, folder_ / "output");
             if (survived < kills) {
-                const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(moment(random));
+                const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(std::uniform_real_distribution<double>(0, latest)(random));
                 while (program.running() && std::chrono::steady_clock::now() < until)
                     std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }
@@ -133,6 +134,8 @@ void Resume::killAndResume(int kills) {
             const ProgramResult result = program.wait();
             ASSERT_EQ(result.code, killed ? 128 + SIGKILL : 0) << result.err;
             survived += killed;
+            if (killed && rows(name) == 0)
+                latest *= 1.1; // the machine has become slower
             amidst += killed && rows(name) > 0 && rows(name) < kSteps;
             done = !killed;
         }

@@ -4,6 +4,7 @@
 #include "optimize/checkpoint.h"
 
 #include <fstream>
+#include <iostream>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -106,6 +107,7 @@ TEST(Checkpoint, EveryFlippedBitIsRefused) {
         file[bit / 8] ^= std::uint8_t(1u << bit % 8);
     }
     EXPECT_EQ(refusalOf(file), ExitCode::Done);
+    std::cout << 8 * file.size() << " bits\n";
 }
 
 // Several bits at once, runs of zeros and of ones: what a bad sector or a stray write leaves.

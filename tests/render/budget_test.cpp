@@ -1,7 +1,9 @@
 // The budget of --memory holds on every bundled scene, for every mode, whatever the size of the image.
 #include "support/guided_fixture.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iostream>
 
 namespace cmpg::test {
 namespace {
