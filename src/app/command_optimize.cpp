@@ -169,7 +169,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
         addStep(report, recordOf(step));
         folder.appendStep(step);
         checkpoints.afterStep(run, shown);
-        runLog.afterStep(step, session.renderer().statistics(), report, session.deviceMemory());
+        runLog.afterStep(step, session.renderer().statistics(), report, session.device().memory());
         showStep(run, display);
         if (step.step == 0)
             for (std::size_t p = 0; p < session.parameters.size(); ++p)

@@ -62,6 +62,7 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.allFeatures = options.allFeatures;
     config.memoryBudget = options.memory << 20;
     config.guiding = usesGuide(options);
+    config.learning = config.guiding && options.command == Command::Optimize;
     config.roulette = config.guiding && options.roulette && options.isReverse();
     config.guideMemory = options.guideMemory << 20;
     config.guide.forgetting = double(options.forgetting);

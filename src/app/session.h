@@ -29,7 +29,6 @@ class Session {
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
     void openDevice(); // that prepare() opens if nobody has
     Renderer& renderer() { return *renderer_; } // after prepare()
-    const MemoryUse& deviceMemory() const { return device_->memory(); }
     Device& device() { return *device_; }       // after either
     // Warns where the gradient of a parameter (by index into the scene's) is nothing but zeros.
     void warnUnreached(std::uint32_t parameter, bool anyGradient);

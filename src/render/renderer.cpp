@@ -67,6 +67,7 @@ struct Renderer::Impl {
           buffers(d, s, features, c.differentiable, c.frozenEvaluation) {
         needs.maxDepth = config.maxDepth;
         needs.gradientEntries = buffers.gradientEntries();
+        needs.guide = needs.record = needs.measure = config.learning;
         needs.roulette = config.roulette;
         if (features.guiding)
             guide.emplace(device, scene, config);

@@ -27,7 +27,9 @@ struct RenderConfig {
     bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
     bool guiding = false;                                // room for a guide
-    bool roulette = false;                               // and for copies of split paths, before the first pass that makes some
+    // What passes to come will ask of the pools, so that they are made once, before the first: else the first pass that does has them remade.
+    bool learning = false; // records of every pass, and their variances
+    bool roulette = false; // copies of split paths
     SdTreeConfig guide = {};
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
