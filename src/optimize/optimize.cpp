@@ -6,6 +6,7 @@
 #include "optimize/ordered_sum.h"
 #include "optimize/regularizer.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {
@@ -183,7 +184,7 @@ void Optimization::restore(OptimizeState state, const std::vector<std::vector<fl
 }
 
 bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) {
-    while (state_.step < config_.steps) {
+    while (state_.step < std::min(config_.steps, config_.stopAfter)) {
         const StepReport report = step();
         if (afterStep)
             afterStep(report);

@@ -28,6 +28,7 @@ struct RenderConfig {
     bool guiding = false;                                // room for a guide
     bool roulette = false;                               // and for copies of split paths, before the first pass that makes some
     SdTreeConfig guide = {};
+    float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
 
@@ -60,6 +61,7 @@ struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
     std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette; + 8: the half for negative terms
+    std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
 };
 
 struct View {
