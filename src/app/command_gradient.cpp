@@ -1,4 +1,5 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
+#include "app/batched_passes.h"
 #include "app/commands.h"
 #include "app/display.h"
 #include "app/gradient_check.h"
@@ -27,17 +28,34 @@ std::vector<std::vector<float>> directionsOf(const Session& session, const std::
     return directions;
 }
 
-Image forward(const Options& options, Report& report, Session& session, const View& view) {
+Image forward(const Options& options, Report& report, Session& session, const View& view, ExitCode& code) {
     const std::vector<std::vector<float>> directions = directionsOf(session, options.direction);
     const std::uint32_t spp = options.effectiveSppGradient();
     GuidedSession guided(options, report, session);
-    guided.train([&](std::uint32_t passes) { guided.passes().trainForward(view, spp, passes, options.seed, session.parameters, directions); });
+    guided.train([&](std::uint32_t passes) { guided.passes().trainForward(view, options.effectiveTrainSpp(), passes, options.seed, session.parameters, directions); });
     const bool layered = !options.layers.empty();
     guided.passes().prepareNext(Renderer::Mode::Forward, layered);
     const Stopwatch watch;
     DisplayStream display(options.displayServer, displayTitle(options));
     Layers layers;
     Image gradient;
+    if (const std::uint32_t batches = options.effectiveBatches()) {
+        const BudgetedEstimate estimate = spendBudget(
+            sampleBudget(options, report, spp),
+            [&](const BatchPart& part) {
+                return fromImage(guided.passes().forward(view, part.samples, partKey(derivativeKey(options), part, batches, !options.positivize),
+                                                         session.parameters, directions));
+            },
+            [&](const BudgetedEstimate& e) {
+                if (display.active())
+                    display.show("gradient", toImage(e.mean, view.width, view.height));
+            });
+        gradient = toImage(estimate.mean, view.width, view.height);
+        report.seconds.gradient += watch.seconds();
+        code = conclude(estimate, options, report, session, &Options::sppGradient);
+        guided.finish();
+        return gradient;
+    }
     if (display.active() && !options.positivize) {
         Film film(view.width, view.height, layered);
         showGrowing(display, "gradient", film, spp,
@@ -113,13 +131,25 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     if (options.target.empty())
         report.spp = spp;
     GuidedSession guided(options, report, session);
-    guided.train([&](std::uint32_t passes) { guided.passes().trainReverse(view, spp, passes, options.seed, adjoint); });
+    guided.train([&](std::uint32_t passes) { guided.passes().trainReverse(view, options.effectiveTrainSpp(), passes, options.seed, adjoint); });
     guided.passes().prepareNext(Renderer::Mode::Reverse);
     const Stopwatch watch;
     std::vector<std::vector<double>> gradients;
     for (std::uint32_t p : session.parameters)
         gradients.emplace_back(session.scene.parameters[p].entries());
-    guided.passes().reverse(view, spp, derivativeKey(options), adjoint, gradients);
+    ExitCode code = ExitCode::Done;
+    if (const std::uint32_t batches = options.effectiveBatches()) {
+        const bool continues = !options.positivize && options.pixelSampling == PixelSampling::Uniform;
+        const BudgetedEstimate estimate = spendBudget(sampleBudget(options, report, spp), [&](const BatchPart& part) {
+            std::vector<std::vector<double>> found;
+            guided.passes().reverse(view, part.samples, partKey(derivativeKey(options), part, batches, continues), adjoint, found);
+            return joined(found);
+        });
+        divide(estimate.mean, gradients);
+        code = conclude(estimate, options, report, session, &Options::sppGradient);
+    } else {
+        guided.passes().reverse(view, spp, derivativeKey(options), adjoint, gradients);
+    }
     report.seconds.gradient = watch.seconds();
 
     for (std::size_t i = 0; i < gradients.size(); ++i) {
@@ -129,7 +159,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     guided.finish();
     writeGradients(options, report, session, gradients);
     session.finish();
-    return ExitCode::Done;
+    return code;
 }
 
 nlohmann::ordered_json toJson(const Comparison& c) {
@@ -189,6 +219,7 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     else
         session.prepare(view, folder, {Renderer::Mode::Forward}, !options.layers.empty());
     bool agrees = true;
+    ExitCode code = ExitCode::Done;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();
         for (std::uint32_t p : session.parameters)
@@ -197,14 +228,14 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     if (options.output.empty()) {
         session.finish();
     } else {
-        const Image gradient = forward(options, report, session, view);
+        const Image gradient = forward(options, report, session, view, code);
         if (session.parameters.size() == 1)
             session.warnUnreached(session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
         writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
         session.finish(&gradient);
     }
-    return agrees ? ExitCode::Done : ExitCode::CheckFailed;
+    return agrees ? code : ExitCode::CheckFailed;
 }
 
 } // namespace

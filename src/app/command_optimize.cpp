@@ -1,4 +1,5 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
+#include "app/batched_model.h"
 #include "app/checkpoints.h"
 #include "app/commands.h"
 #include "app/contact_sheet.h"
@@ -11,6 +12,7 @@
 #include "app/run_identity.h"
 #include "app/session.h"
 #include "app/targets.h"
+#include "base/log.h"
 #include "optimize/gradient_watch.h"
 #include "optimize/observed_model.h"
 #include "optimize/optimize.h"
@@ -20,7 +22,9 @@
 
 #include <algorithm>
 #include <iostream>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <unistd.h>
 
 namespace cmpg {
@@ -121,6 +125,27 @@ void showStep(const Optimization& run, DisplayStream& display) {
     }
 }
 
+// The gradients of one step go on until their error is small enough; what they take is not known in advance, so time ends whole steps.
+std::unique_ptr<BatchedModel> batchedModel(const Options& options, const Report& report, ImageModel& inner) {
+    if (!options.errorTarget)
+        return nullptr;
+    SampleBudget budget = sampleBudget(options, report, options.effectiveSppGradient());
+    budget.seconds.reset();
+    return std::make_unique<BatchedModel>(inner, budget);
+}
+
+ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& model) {
+    report.extra["error"] = {{"gradients", model.gradients()}, {"missed", model.missed()}, {"worst", model.worstError()}};
+    if (model.missed() == 0)
+        return ExitCode::Done;
+    char text[200];
+    std::snprintf(text, sizeof text, "the error target of %.3g %% was not reached by %llu of %llu gradients: at worst the error is %.3g %%; allow more --spp-gradient",
+                  100 * double(*options.errorTarget), static_cast<unsigned long long>(model.missed()),
+                  static_cast<unsigned long long>(model.gradients()), 100 * model.worstError());
+    logWarn(text);
+    return ExitCode::CheckFailed;
+}
+
 } // namespace
 
 ExitCode runOptimize(const Options& options, Report& report) {
@@ -130,16 +155,17 @@ ExitCode runOptimize(const Options& options, Report& report) {
     requireWritableFolder(options.output);
     EventLog log(std::filesystem::path(options.output) / "log.jsonl");
     Options effective = options;
-    effective.maxDepth = options.maxDepth.value_or(session.scene.maxDepth);
+    effective.maxDepth = options.effectiveDepth(session.scene.maxDepth);
     Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
     session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
     GuidedSession guided(options, report, session);
     guided.passes().setLearning(usesGuide(options));
     RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
+    const std::unique_ptr<BatchedModel> batched = batchedModel(options, report, model);
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
-    ObservedModel shown(model, [&](std::size_t view, const Image& image) {
+    ObservedModel shown(batched ? static_cast<ImageModel&>(*batched) : model, [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     });
     Optimization run(shown, session.scene, config, session.parameters);
@@ -164,7 +190,11 @@ ExitCode runOptimize(const Options& options, Report& report) {
 
     RunLog runLog(log, options.steps);
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
+    double lastStep = report.elapsed();
     const auto afterStep = [&](const StepReport& step) {
+        const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);
+        if (options.timeBudget && now + taken > double(*options.timeBudget))
+            run.stopAfter(step.step + 1);
         log.setStep(step.step + 1);
         addStep(report, recordOf(step));
         folder.appendStep(step);
@@ -189,6 +219,12 @@ ExitCode runOptimize(const Options& options, Report& report) {
 
     log.setStep(run.state().step);
     checkpoints.write(run, shown);
+    folder.attempt([&] {
+        session.record([&](Options& o) {
+            if (std::exchange(o.timeBudget, {}))
+                o.stopAfter = run.state().step;
+        });
+    });
     folder.writeLosses(run.state().history);
     folder.writeScene(run);
     if (failure && failure->code != ExitCode::Numerical) { // no device, no pictures
@@ -210,7 +246,9 @@ ExitCode runOptimize(const Options& options, Report& report) {
                     "make room and run again with --resume " + folder.path().string());
     if (!options.quiet)
         textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
-    return done ? ExitCode::Done : ExitCode::Interrupted;
+    if (!done)
+        return ExitCode::Interrupted;
+    return batched ? tellErrors(options, report, *batched) : ExitCode::Done;
 }
 
 } // namespace cmpg

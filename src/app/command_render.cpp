@@ -1,4 +1,5 @@
 // render: an image of the scene, and layers of what the camera sees.
+#include "app/batched_passes.h"
 #include "app/commands.h"
 #include "app/display.h"
 #include "app/guided_session.h"
@@ -17,13 +18,25 @@ ExitCode runRender(const Options& options, Report& report) {
     session.prepare(view, folderOf(options.output), {Renderer::Mode::Render}, !options.layers.empty());
 
     GuidedSession guided(options, report, session);
-    guided.train([&](std::uint32_t passes) { guided.passes().trainRender(view, options.effectiveSpp(), passes, options.seed); });
+    guided.train([&](std::uint32_t passes) { guided.passes().trainRender(view, options.effectiveTrainSpp(), passes, options.seed); });
     guided.passes().prepareNext(Renderer::Mode::Render, !options.layers.empty());
     const Stopwatch watch;
     Layers layers;
     Image image;
     const PassKey key{.seed = options.seed};
-    if (DisplayStream display(options.displayServer, displayTitle(options)); display.active()) {
+    ExitCode code = ExitCode::Done;
+    DisplayStream display(options.displayServer, displayTitle(options));
+    if (const std::uint32_t batches = options.effectiveBatches()) {
+        const BudgetedEstimate estimate = spendBudget(
+            sampleBudget(options, report, options.effectiveSpp()),
+            [&](const BatchPart& part) { return fromImage(guided.passes().render(view, part.samples, partKey(key, part, batches, true))); },
+            [&](const BudgetedEstimate& e) {
+                if (display.active())
+                    display.show("image", toImage(e.mean, view.width, view.height));
+            });
+        image = toImage(estimate.mean, view.width, view.height);
+        code = conclude(estimate, options, report, session, &Options::spp);
+    } else if (display.active()) {
         Film film(view.width, view.height, !options.layers.empty());
         showGrowing(display, "image", film, options.effectiveSpp(), [&](std::uint32_t spp) { guided.passes().render(view, spp, key, film); });
         image = film.image();
@@ -41,7 +54,7 @@ ExitCode runRender(const Options& options, Report& report) {
     }
     guided.finish();
     session.finish(&image);
-    return ExitCode::Done;
+    return code;
 }
 
 } // namespace cmpg

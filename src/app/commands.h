@@ -11,6 +11,7 @@ ExitCode runGradient(const Options& options, Report& report);
 ExitCode runOptimize(const Options& options, Report& report);
 ExitCode runCompare(const Options& options, Report& report);
 ExitCode runInspect(const Options& options, Report& report);
+ExitCode runTradeoff(const Options& options, Report& report);
 ExitCode runView(const Options& options, Report& report);
 ExitCode runGuide(const Options& options, Report& report);
 ExitCode runListDevices(const Options& options, Report& report);

@@ -1,7 +1,6 @@
 // The methods a comparison sets side by side: names for ways of sampling.
 #include "app/compare_methods.h"
 
-#include "app/options.h"
 #include "base/error.h"
 
 #include <algorithm>
@@ -20,37 +19,37 @@ std::vector<std::string> split(const std::string& text, char separator) {
     return parts;
 }
 
-bool applyName(const std::string& name, CompareMethod& method) {
-    if (name == "ours" || name == "auto") {
-        method.options = GuidedOptions{};
-        return true;
-    }
-    method.options = {.sampling = Sampling::Bsdf, .pixels = PixelSampling::Uniform, .positivize = false, .roulette = false};
-    if (name == "plain")
+bool applyName(const std::string& name, Options& options) {
+    const bool defaults = name == "ours" || name == "auto";
+    options.sampling = defaults ? Sampling::Auto : Sampling::Bsdf;
+    options.pixelSampling = defaults ? PixelSampling::Adjoint : PixelSampling::Uniform;
+    options.roulette = defaults;
+    options.positivize = false;
+    if (defaults || name == "plain")
         return true;
     for (const auto& kind : kSamplings)
         if (name == kind.name) {
-            method.options.sampling = kind.value;
+            options.sampling = kind.value;
             return true;
         }
     return false;
 }
 
-bool applyPart(const std::string& part, CompareMethod& method) {
+bool applyPart(const std::string& part, Options& options) {
     const bool on = part.rfind("no", 0) != 0;
     const std::string what = on ? part : part.substr(2);
     if (what == "pixels")
-        method.options.pixels = on ? PixelSampling::Adjoint : PixelSampling::Uniform;
+        options.pixelSampling = on ? PixelSampling::Adjoint : PixelSampling::Uniform;
     else if (what == "roulette")
-        method.options.roulette = on;
+        options.roulette = on;
     else if (what == "positivize")
-        method.options.positivize = on;
+        options.positivize = on;
     else if (what == "nee")
-        method.lightSampling = on;
+        options.noLightSampling = !on;
     else if (part == "sobol")
-        method.sampler = Sampler::Sobol;
+        options.sampler = Sampler::Sobol;
     else if (part == "independent")
-        method.sampler = Sampler::Independent;
+        options.sampler = Sampler::Independent;
     else
         return false;
     return true;
@@ -65,17 +64,16 @@ const char* samplingName(Sampling sampling) {
     return "";
 }
 
-std::vector<CompareMethod> parseMethods(const std::string& list, const CompareMethod& base) {
+std::vector<CompareMethod> parseMethods(const std::string& list, const Options& base) {
     std::vector<CompareMethod> methods;
     for (const std::string& text : split(list, ',')) {
         const std::vector<std::string> parts = split(text, '+');
-        CompareMethod method = base;
-        method.name = text;
-        if (!applyName(parts.front(), method))
+        CompareMethod method{text, base};
+        if (!applyName(parts.front(), method.options))
             throw Error(ExitCode::Usage, "--methods: there is no method '" + parts.front() + "'", "",
                         "methods are plain, bsdf, primal, differential, uniform, conditional, auto and ours");
         for (std::size_t i = 1; i < parts.size(); ++i)
-            if (!applyPart(parts[i], method))
+            if (!applyPart(parts[i], method.options))
                 throw Error(ExitCode::Usage, "--methods: '" + text + "' has an unknown part '" + parts[i] + "'", "",
                             "parts are pixels, roulette, positivize, nee, each also with 'no' before it, sobol and independent");
         if (std::any_of(methods.begin(), methods.end(), [&](const CompareMethod& m) { return m.name == text; }))
@@ -107,14 +105,14 @@ std::string CompareMethod::describe() const {
         text = "guided as training finds best";
         break;
     }
-    text += options.pixels == PixelSampling::Adjoint ? "; more samples where the adjoint is large" : "; the same samples in all pixels";
+    text += options.pixelSampling != PixelSampling::Uniform ? "; more samples where the adjoint is large" : "; the same samples in all pixels";
     if (options.roulette)
         text += "; roulette and splitting where they pay";
     if (options.positivize)
         text += "; positivized";
-    if (!lightSampling)
+    if (options.noLightSampling)
         text += "; no light sampling";
-    if (sampler == Sampler::Independent)
+    if (options.sampler == Sampler::Independent)
         text += "; independent random numbers";
     return text;
 }

@@ -1,7 +1,7 @@
 // The methods a comparison sets side by side: names for ways of sampling.
 #pragma once
 
-#include "render/guided_passes.h"
+#include "app/options.h"
 
 #include <string>
 #include <vector>
@@ -10,9 +10,7 @@ namespace cmpg {
 
 struct CompareMethod {
     std::string name; // as given
-    GuidedOptions options;
-    bool lightSampling = true;
-    Sampler sampler = Sampler::Sobol;
+    Options options;  // those of the comparison, and what the method changes in them
 
     bool needsGuide() const { return options.sampling != Sampling::Bsdf || options.roulette; }
     std::string describe() const; // in words
@@ -23,8 +21,8 @@ struct CompareMethod {
 //   primal, differential, uniform, conditional    that guide, uniform pixels, no roulette
 //   ours, auto                                    the program's defaults: chosen guide, pixels by the adjoint, gated roulette
 // Parts: pixels, roulette, positivize, nee, sobol, independent, and no<part> of the first four to take them away.
-// `base`: what light sampling and sampler are where no part says otherwise. Error(Usage) on unknown or repeated names.
-std::vector<CompareMethod> parseMethods(const std::string& list, const CompareMethod& base);
+// `base`: what all else is. Error(Usage) on unknown or repeated names.
+std::vector<CompareMethod> parseMethods(const std::string& list, const Options& base);
 
 const char* samplingName(Sampling sampling);
 

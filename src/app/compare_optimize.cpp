@@ -1,6 +1,7 @@
 // Whole optimisations of the same parameters by different methods, side by side in time.
 #include "app/compare_optimize.h"
 
+#include "app/guided_session.h"
 #include "optimize/renderer_model.h"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ class Run {
   public:
     Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
-          passes_(renderer_, method.options), model_(renderer_, passes_, {subject.view}, subject.options.freeze.value_or(~0u)) {
+          passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, {subject.view}, subject.options.freeze.value_or(~0u)) {
         renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
         passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.needsGuide());
         passes_.setLearning(method.needsGuide());

@@ -230,7 +230,7 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
     part.html = "<section>\n<h2>" + std::string(forward ? "Derivative image" : "Gradient") + " of " + parameterNames(subject) + "</h2>\n<p class=\"lead\">" +
                 (forward ? "How every pixel changes when the parameter does: one image per method, "
                          : "How a function of the image changes with every entry of the parameter: one number per entry, ") +
-                budget + ", passes of " + std::to_string(subject.passSpp()) + " samples per pixel.</p>\n";
+                budget + ", passes of " + std::to_string(subject.options.effectiveSppGradient()) + " samples per pixel.</p>\n";
     const std::string result = headline(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";

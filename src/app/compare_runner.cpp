@@ -22,54 +22,93 @@ struct Snapshot {
 // About six points per factor of ten.
 std::uint64_t nextSnapshot(std::uint64_t passes) { return std::max(passes + 1, std::uint64_t(std::ceil(double(passes) * 1.45))); }
 
-std::vector<Snapshot> measure(const std::vector<Contestant>& contestants, const CompareBudget& budget, std::vector<GradientResult>& results,
-                              const std::function<void(const std::string&)>& progress) {
-    std::vector<Snapshot> snapshots;
-    std::vector<std::uint64_t> due(contestants.size(), 1);
-    const auto done = [&](const GradientResult& r) {
-        return r.statistics.passes() >= budget.passes && (!budget.seconds || r.seconds >= *budget.seconds);
-    };
-    for (;;) {
-        std::size_t next = contestants.size();
-        for (std::size_t i = 0; i < results.size(); ++i) {
-            if (done(results[i]))
-                continue;
-            const auto spent = [&](const GradientResult& r) { return budget.seconds ? r.seconds : double(r.statistics.passes()); };
-            if (next == contestants.size() || spent(results[i]) < spent(results[next]))
-                next = i;
-        }
-        if (next == contestants.size())
-            break;
-        GradientResult& result = results[next];
-        const Pass pass = contestants[next].pass(std::uint32_t(result.statistics.passes()));
-        result.statistics.add(pass.values);
-        result.seconds += pass.seconds;
-        result.paths += pass.paths;
-        const std::uint64_t passes = result.statistics.passes();
-        if (passes == due[next] || done(result)) {
-            const auto& mean = result.statistics.mean();
-            snapshots.push_back({next, passes, result.seconds, std::vector<float>(mean.begin(), mean.end())});
-            due[next] = nextSnapshot(passes);
-        }
-        if (progress) {
-            char text[160];
-            std::snprintf(text, sizeof text, "%s: %llu passes, %.1f s", result.name.c_str(), static_cast<unsigned long long>(passes),
-                          result.seconds);
-            progress(text);
-        }
-    }
-    return snapshots;
+// Sum over the passes but the first of estimates of their variance: grows from turn to turn.
+double varianceSum(const EstimateStatistics& statistics) {
+    return statistics.passes() < 2 ? 0 : statistics.variance().value * double(statistics.passes() - 1);
 }
+
+class Measurement {
+  public:
+    Measurement(const std::vector<Contestant>& contestants, const CompareBudget& budget, std::vector<GradientResult>& results,
+                const std::function<void(const std::string&)>& progress)
+        : contestants_(contestants), budget_(budget), results_(results), progress_(progress), due_(contestants.size(), 1) {}
+
+    std::vector<Snapshot> run() {
+        for (std::size_t next = chooseNext(); next < results_.size(); next = chooseNext())
+            takeTurn(next);
+        return std::move(snapshots_);
+    }
+
+  private:
+    bool reached(const GradientResult& r, double share) const {
+        return double(r.statistics.passes()) >= share * budget_.passes && (!budget_.seconds || r.seconds >= share * *budget_.seconds);
+    }
+
+    std::size_t chooseNext() const {
+        std::size_t next = results_.size();
+        const auto spent = [&](const GradientResult& r) { return budget_.seconds ? r.seconds : double(r.statistics.passes()); };
+        for (std::size_t i = 0; i < results_.size(); ++i)
+            if (!reached(results_[i], 1) && (next == results_.size() || spent(results_[i]) < spent(results_[next])))
+                next = i;
+        return next;
+    }
+
+    void takeTurn(std::size_t index) {
+        GradientResult& r = results_[index];
+        const Contestant& contestant = contestants_[index];
+        const auto turn = std::uint32_t(r.turns.size());
+        const double varianceBefore = varianceSum(r.statistics), secondsBefore = r.seconds;
+        const std::uint64_t before = r.statistics.passes();
+        if (contestant.begin)
+            contestant.begin(turn);
+        do
+            takePass(index);
+        while (budget_.turns > 0 && !reached(r, double(turn + 1) / budget_.turns));
+        if (contestant.end)
+            contestant.end();
+        if (budget_.turns == 0)
+            return;
+        const std::uint64_t after = r.statistics.passes();
+        r.turns.push_back({(varianceSum(r.statistics) - varianceBefore) / double(after - std::max<std::uint64_t>(before, 1)),
+                           (r.seconds - secondsBefore) / double(after - before)});
+    }
+
+    void takePass(std::size_t index) {
+        GradientResult& r = results_[index];
+        const Pass pass = contestants_[index].pass(std::uint32_t(r.statistics.passes()));
+        r.statistics.add(pass.values);
+        r.seconds += pass.seconds;
+        r.paths += pass.paths;
+        const std::uint64_t passes = r.statistics.passes();
+        if (passes == due_[index] || reached(r, 1)) {
+            const auto& mean = r.statistics.mean();
+            snapshots_.push_back({index, passes, r.seconds, std::vector<float>(mean.begin(), mean.end())});
+            due_[index] = nextSnapshot(passes);
+        }
+        if (!progress_)
+            return;
+        char text[160];
+        std::snprintf(text, sizeof text, "%s: %llu passes, %.1f s", r.name.c_str(), static_cast<unsigned long long>(passes), r.seconds);
+        progress_(text);
+    }
+
+    const std::vector<Contestant>& contestants_;
+    const CompareBudget& budget_;
+    std::vector<GradientResult>& results_;
+    const std::function<void(const std::string&)>& progress_;
+    std::vector<Snapshot> snapshots_;
+    std::vector<std::uint64_t> due_;
+};
 
 // 1 / (variance x time): comparable without a reference.
 double merit(const GradientResult& r) { return 1 / (r.statistics.variance().value * r.secondsPerPass()); }
 
 MeasuredReference makeReference(const std::vector<Contestant>& contestants, std::size_t entries, const CompareBudget& budget,
                                 const std::vector<GradientResult>& results, const std::function<void(const std::string&)>& progress) {
-    std::size_t best = 0;
+    std::size_t best = results.size();
     double goal = results.front().statistics.meanVariance(), spent = 0;
     for (std::size_t i = 0; i < results.size(); ++i) {
-        if (!(merit(results[best]) >= merit(results[i])))
+        if (contestants[i].makesReference && (best == results.size() || !(merit(results[best]) >= merit(results[i]))))
             best = i;
         goal = std::min(goal, results[i].statistics.meanVariance());
         spent += results[i].seconds;
@@ -79,6 +118,8 @@ MeasuredReference makeReference(const std::vector<Contestant>& contestants, std:
     made.madeBy = contestants[best].name;
     EstimateStatistics statistics(entries);
     constexpr std::uint64_t kFewest = 4; // passes: they have to show their own variance
+    if (contestants[best].begin)
+        contestants[best].begin(kReferenceTurn);
     while (statistics.passes() < kFewest ||
            (made.seconds < most && statistics.meanVariance() > kReferenceGoal * goal)) {
         const Pass pass = contestants[best].pass(kReferenceIndex + std::uint32_t(statistics.passes()));
@@ -91,6 +132,8 @@ MeasuredReference makeReference(const std::vector<Contestant>& contestants, std:
             progress(text);
         }
     }
+    if (contestants[best].end)
+        contestants[best].end();
     made.passes = statistics.passes();
     made.reference = referenceOf(statistics);
     return made;
@@ -114,7 +157,7 @@ GradientComparison compareGradients(const std::vector<Contestant>& contestants, 
     GradientComparison comparison;
     for (const Contestant& contestant : contestants)
         comparison.results.emplace_back(contestant.name, entries);
-    const std::vector<Snapshot> snapshots = measure(contestants, budget, comparison.results, progress);
+    const std::vector<Snapshot> snapshots = Measurement(contestants, budget, comparison.results, progress).run();
     if (given)
         comparison.reference.reference = std::move(*given);
     else

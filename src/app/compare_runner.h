@@ -19,11 +19,17 @@ struct Pass {
 struct Contestant {
     std::string name;
     std::function<Pass(std::uint32_t index)> pass; // different indices: independent random numbers
+    // Around each of its turns, so that what a contestant needs and learns lasts for one. The reference's is kReferenceTurn.
+    std::function<void(std::uint32_t turn)> begin{};
+    std::function<void()> end{};
+    bool makesReference = true; // may
 };
+constexpr std::uint32_t kReferenceTurn = 1u << 20;
 
 struct CompareBudget {
     std::optional<double> seconds; // of passes, for each contestant; without: `passes` each
     std::uint32_t passes = 16;     // with `seconds`: the fewest
+    std::uint32_t turns = 0;       // of each contestant, equally long; 0: a pass is a turn
     std::optional<double> referenceSeconds; // most time for the reference; without: twice that of all measured passes
 };
 
@@ -31,6 +37,12 @@ struct CurvePoint {
     double seconds = 0;
     std::uint64_t passes = 0; // or steps
     double error = 0;         // mean squared error over the entries
+};
+
+// Of CompareBudget::turns, passes by themselves.
+struct Turn {
+    double variance = 0; // of a pass
+    double secondsPerPass = 0;
 };
 
 // How one estimator did.
@@ -42,6 +54,7 @@ struct GradientResult {
     std::uint64_t paths = 0;
     double seconds = 0; // of all passes
     std::vector<CurvePoint> curve;
+    std::vector<Turn> turns;
 
     // Filled by assess().
     double mse = 0;             // of the mean of all passes

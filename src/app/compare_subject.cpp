@@ -1,6 +1,7 @@
 // What a comparison differentiates, and a renderer for each of its methods.
 #include "app/compare_subject.h"
 
+#include "app/guided_session.h"
 #include "app/parameter_values.h"
 #include "app/session.h"
 #include "app/targets.h"
@@ -18,10 +19,6 @@ constexpr std::uint32_t kDiscarded = ~0u; // step of the pass thrown away
 
 constexpr std::pair<CompareMode, const char*> kModes[] = {
     {CompareMode::Forward, "forward"}, {CompareMode::Reverse, "reverse"}, {CompareMode::Optimize, "optimize"}};
-
-CompareMethod baseMethod(const Options& options) {
-    return {.name = {}, .options = {}, .lightSampling = !options.noLightSampling, .sampler = options.sampler};
-}
 
 } // namespace
 
@@ -46,7 +43,7 @@ std::vector<CompareMode> parseModes(const std::string& list) {
 }
 
 CompareSubject::CompareSubject(const Options& o)
-    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, baseMethod(o))), scene(loadGltf(o.input)) {
+    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), scene(loadGltf(o.input)) {
     if (has(CompareMode::Reverse) && o.adjoint.empty() && o.target.empty())
         throw Error(ExitCode::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
     if (has(CompareMode::Optimize) && o.target.empty())
@@ -90,9 +87,7 @@ std::size_t CompareSubject::parameterEntries() const {
 }
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
-    RenderConfig config = renderConfig(subject.options, subject.scene, subject.parameters);
-    config.sampler = method.sampler;
-    config.lightSampling = method.lightSampling;
+    RenderConfig config = renderConfig(method.options, subject.scene, subject.parameters);
     config.guiding = method.needsGuide();
     return config;
 }
@@ -100,11 +95,12 @@ RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& me
 void makePictures(Device& device, CompareSubject& subject, Report& report) {
     const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.target.image.values.empty();
     constexpr std::uint32_t kPictureSpp = 64, kTrainSpp = 8, kTrainPasses = 8;
-    CompareMethod method = baseMethod(subject.options);
+    CompareMethod method{{}, subject.options};
+    method.options.sampling = Sampling::Auto;
     method.options.roulette = false;
     Renderer renderer(device, subject.scene, renderConfig(subject, method));
     renderer.prepare({Renderer::Mode::Render});
-    GuidedPasses passes(renderer, method.options);
+    GuidedPasses passes(renderer, guidedOptions(method.options));
     const Stopwatch watch;
     passes.trainRender(subject.view, kTrainSpp, kTrainPasses, subject.seed());
     subject.picture = passes.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
@@ -117,17 +113,20 @@ void makePictures(Device& device, CompareSubject& subject, Report& report) {
 
 MethodRenderer::MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method)
     : subject_(subject), method_(method), renderer_(device, subject.scene, renderConfig(subject, method)),
-      passes_(renderer_, method.options) {}
+      passes_(renderer_, guidedOptions(method.options)) {}
 
-void MethodRenderer::train(CompareMode mode) {
+void MethodRenderer::train(CompareMode mode, std::uint32_t turn) {
     renderer_.prepare({mode == CompareMode::Forward ? Renderer::Mode::Forward : Renderer::Mode::Reverse});
-    const std::uint32_t count = subject_.options.effectiveTrain(), spp = subject_.passSpp();
+    const std::uint32_t count = method_.options.effectiveTrain(), spp = method_.options.effectiveTrainSpp();
+    const std::uint64_t seed = subject_.seed() + turn;
     const Stopwatch watch;
     if (method_.needsGuide() && count > 0) {
+        if (subject_.steps)
+            passes_.trainRender(subject_.view, spp, count, seed);
         if (mode == CompareMode::Forward)
-            passes_.trainForward(subject_.view, spp, count, subject_.seed(), subject_.parameters, subject_.directions);
+            passes_.trainForward(subject_.view, spp, count, seed, subject_.parameters, subject_.directions);
         else
-            passes_.trainReverse(subject_.view, spp, count, subject_.seed(), subject_.adjoint);
+            passes_.trainReverse(subject_.view, spp, count, seed, subject_.adjoint);
         trainSeconds_ += watch.seconds();
     }
     pass(mode, kDiscarded);
@@ -135,7 +134,7 @@ void MethodRenderer::train(CompareMode mode) {
 
 Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
     const PassKey key{.seed = subject_.seed(), .step = index, .pass = 1};
-    const std::uint32_t spp = subject_.passSpp();
+    const std::uint32_t spp = method_.options.effectiveSppGradient();
     Pass pass;
     const Stopwatch watch;
     if (mode == CompareMode::Forward) {
@@ -145,10 +144,16 @@ Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
         pass.paths = std::uint64_t(spp) * image.pixels();
         return pass;
     }
+    Image adjoint;
+    if (subject_.steps) {
+        const Image image = passes_.render(subject_.view, method_.options.effectiveSpp(), {.seed = subject_.seed(), .step = index});
+        adjoint = evaluateLoss(subject_.options.loss, image, subject_.target.image, subject_.target.mask).adjoint;
+        pass.paths = std::uint64_t(method_.options.effectiveSpp()) * image.pixels();
+    }
     std::vector<std::vector<double>> gradients;
     for (const std::uint32_t p : subject_.parameters)
         gradients.emplace_back(subject_.scene.parameters[p].entries());
-    pass.paths = passes_.reverse(subject_.view, spp, key, subject_.adjoint, gradients);
+    pass.paths += passes_.reverse(subject_.view, spp, key, subject_.steps ? adjoint : subject_.adjoint, gradients);
     pass.seconds = watch.seconds();
     for (const auto& gradient : gradients)
         pass.values.insert(pass.values.end(), gradient.begin(), gradient.end());

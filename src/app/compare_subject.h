@@ -6,6 +6,7 @@
 #include "app/options.h"
 #include "app/report.h"
 #include "optimize/target.h"
+#include "render/guided_passes.h"
 
 namespace cmpg {
 
@@ -28,6 +29,7 @@ struct CompareSubject {
     View view;
     std::vector<std::vector<float>> directions; // forward
     Image adjoint;                              // reverse: given, or made by makePictures()
+    bool steps = false;                         // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
     Target target;                              // empty without --target
     Image picture;                              // of the scene as it is set, for the report
 
@@ -36,7 +38,6 @@ struct CompareSubject {
     // Of all random numbers but an optimisation's: none that another command has used with this --seed. An adjoint made by `gradient`
     // holds noise of its random numbers, and a pass with the same ones would see that noise as signal.
     std::uint64_t seed() const { return options.seed ^ 0x636f6d7061726521ull; }
-    std::uint32_t passSpp() const { return options.sppGradient.value_or(options.effectiveSpp()); }
 };
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method);
@@ -49,8 +50,8 @@ class MethodRenderer {
   public:
     MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method);
 
-    // Learning passes, then a pass thrown away, after which nothing is left to be compiled.
-    void train(CompareMode mode);
+    // Learning passes, then a pass thrown away, after which nothing is left to be compiled. `turn`: others learn from other numbers.
+    void train(CompareMode mode, std::uint32_t turn = 0);
     Pass pass(CompareMode mode, std::uint32_t index); // forward: the image; reverse: the gradients of all parameters in a row
 
     double trainSeconds() const { return trainSeconds_; }

@@ -2,6 +2,7 @@
 #include "app/error_plot.h"
 
 #include "app/html.h"
+#include "app/plot_axes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,36 +12,6 @@ namespace cmpg {
 namespace {
 
 constexpr double kWidth = 760, kHeight = 420, kLeft = 74, kRight = 560, kTop = 40, kBottom = 366;
-
-struct Axis {
-    double low, high; // of log10
-    double from, to;  // pixels
-    double place(double value) const { return from + (std::log10(value) - low) / (high - low) * (to - from); }
-};
-
-Axis axisOf(double smallest, double largest, double from, double to) {
-    double low = std::log10(smallest), high = std::log10(largest);
-    const double margin = std::max(0.04 * (high - low), 0.03);
-    low -= margin;
-    high += margin;
-    return {low, high, from, to};
-}
-
-// Powers of ten; 2 and 5 times them where they are few; all digits where not even those are there.
-std::vector<double> ticksOf(const Axis& axis) {
-    const int first = int(std::floor(axis.low)), last = int(std::ceil(axis.high));
-    const int stride = std::max(1, (last - first) / 6);
-    std::vector<double> ticks;
-    const double span = axis.high - axis.low;
-    for (int decade = first; decade <= last; decade += stride)
-        for (const int mantissa : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
-            const double tick = mantissa * std::pow(10.0, decade), place = std::log10(tick);
-            const bool wanted = mantissa == 1 || span < 0.7 || (span < 2.2 && (mantissa == 2 || mantissa == 5));
-            if (place >= axis.low && place <= axis.high && wanted)
-                ticks.push_back(tick);
-        }
-    return ticks;
-}
 
 std::string format(const char* text, auto... values) {
     char buffer[400];
@@ -79,7 +50,7 @@ std::string ErrorPlot::svg() const {
         x0 = y0 = 0.1, x1 = y1 = 1; // nothing to show: empty axes
     else if (hasFloor)
         y0 = std::min(y0, std::max(*floor, y0 / 30)); // far below the curves it says nothing
-    const Axis across = axisOf(x0, x1, kLeft, kRight), up = axisOf(y0, y1, kBottom, kTop);
+    const LogAxis across = logAxis(x0, x1, kLeft, kRight), up = logAxis(y0, y1, kBottom, kTop);
 
     std::string svg = format("<svg viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
                              "role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"white\"/>\n",

@@ -8,11 +8,11 @@
 namespace cmpg {
 namespace {
 
-GuidedOptions guidedOptions(const Options& options) {
-    return {.sampling = options.sampling,
-            .pixels = options.pixelSampling.value_or(PixelSampling::Adjoint),
-            .positivize = options.positivize,
-            .roulette = options.roulette && options.isReverse()};
+// What is not asked of a session: passes in forward mode and images have no roulette.
+GuidedOptions sessionOptions(const Options& options) {
+    GuidedOptions guided = guidedOptions(options);
+    guided.roulette &= options.isReverse();
+    return guided;
 }
 
 const char* samplingName(Sampling sampling) {
@@ -39,13 +39,20 @@ nlohmann::ordered_json figuresOf(const std::map<Sampling, SamplingFigures>& figu
 
 } // namespace
 
+GuidedOptions guidedOptions(const Options& options) {
+    return {.sampling = options.sampling,
+            .pixels = options.pixelSampling.value_or(PixelSampling::Adjoint),
+            .positivize = options.positivize,
+            .roulette = options.roulette};
+}
+
 bool usesGuide(const Options& options) {
     const bool wanted = options.sampling != Sampling::Bsdf || (options.roulette && options.isReverse()) || !options.saveGuide.empty();
     return wanted && (options.command == Command::Optimize || options.effectiveTrain() > 0 || !options.loadGuide.empty());
 }
 
 GuidedSession::GuidedSession(const Options& options, Report& report, Session& session)
-    : options_(options), report_(report), session_(session), passes_(session.renderer(), guidedOptions(options)) {
+    : options_(options), report_(report), session_(session), passes_(session.renderer(), sessionOptions(options)) {
     if (options.loadGuide.empty() || !usesGuide(options))
         return;
     LoadedGuide guide = loadGuide(options.loadGuide);

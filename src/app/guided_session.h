@@ -24,6 +24,8 @@ class GuidedSession {
     GuidedPasses passes_;
 };
 
+// How passes are drawn, as far as options say it.
+GuidedOptions guidedOptions(const Options& options);
 // Whether the command draws from a guide or learns one.
 bool usesGuide(const Options& options);
 

@@ -32,6 +32,8 @@ ExitCode dispatch(const Options& options, Report& report) {
         return runListDevices(options, report);
     case Command::Version:
         return runVersion(options, report);
+    case Command::Tradeoff:
+        return runTradeoff(options, report);
     case Command::None:
         break;
     }

@@ -1,6 +1,7 @@
 // The options of an optimisation as its configuration.
 #include "app/optimize_options.h"
 
+#include "app/option_values.h"
 #include "base/error.h"
 
 #include <charconv>
@@ -39,6 +40,7 @@ SlotRates parseRates(const std::vector<std::string>& texts) {
 OptimizeConfig optimizeConfig(const Options& options) {
     OptimizeConfig config;
     config.steps = options.steps;
+    config.stopAfter = options.stopAfter.value_or(options.steps);
     config.spp = options.effectiveSpp();
     config.sppGradient = options.effectiveSppGradient();
     config.seed = options.seed;
@@ -57,9 +59,9 @@ CheckpointInterval checkpointInterval(const Options& options) {
     double number = 0;
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     const std::string unit(rest, text.data() + text.size());
-    const double seconds = unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
-    if (error == std::errc() && seconds > 0 && number > 0 && number <= 1e9)
-        return {.steps = 0, .seconds = number * seconds};
+    const std::optional<double> seconds = unit.empty() ? std::nullopt : parseSeconds(text);
+    if (seconds && *seconds > 0 && number <= 1e9)
+        return {.steps = 0, .seconds = *seconds};
     if (error == std::errc() && unit.empty() && number >= 0 && number <= 1e9 && number == std::floor(number))
         return {.steps = std::uint32_t(number), .seconds = 0};
     throw Error(ExitCode::Usage, "--checkpoint-every takes a number of steps, or a time such as 30s, 10m or 1h, not '" + text + "'");

@@ -1,14 +1,9 @@
-// The command line: every option, its help and its default.
+// Every option of the command line, its help and its default.
+#include "app/option_declarations.h"
+#include "app/option_values.h"
 #include "app/options.h"
 
-#include "base/error.h"
-#include "optimize/checkpoint.h"
-
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
 
 namespace cmpg {
 namespace {
@@ -59,6 +54,24 @@ template <class Field> CLI::Option* addCount(CLI::App& app, const std::string& n
     return app.add_option(name, field, help)->check(requireWholeNumber, "");
 }
 
+// A number, or what `parse` makes of one with a unit.
+template <class Field>
+CLI::Option* addQuantity(CLI::App& app, const std::string& name, Field& field, std::optional<double> (*parse)(const std::string&),
+                         const std::string& needs, const std::string& help) {
+    const auto toNumber = [parse, needs](std::string& text) {
+        const std::optional<double> value = parse(text);
+        if (!value)
+            return "needs " + needs + ", not '" + text + "'";
+        text = exactDecimal(*value);
+        return std::string();
+    };
+    return app.add_option(name, field, help)->transform(CLI::Validator(toNumber, ""));
+}
+
+template <class Field> CLI::Option* addSeconds(CLI::App& app, const std::string& name, Field& field, const std::string& help) {
+    return addQuantity(app, name, field, parseSeconds, "a time, such as 90, 90s, 5min or 1h", help);
+}
+
 // Text after an option's name: the kind of its value and the default.
 std::string kind(const std::string& value, const std::string& initial) {
     return value + "  [" + initial + "]";
@@ -66,9 +79,12 @@ std::string kind(const std::string& value, const std::string& initial) {
 
 void addCommon(CLI::App& app, Options& o) {
     const std::string sampling = "Sampling (any command, before or after it)";
-    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, --check, a step in a window: 16"))->group(sampling);
+    addEnum(app, "--quality", o.quality, kQualities, "balanced",
+            "Defaults that trade error for time: a quarter of the samples and half the depth; or four times the samples and twice the depth")
+        ->group(sampling);
+    addCount(app, "--spp", o.spp, "Samples per pixel of an image")->option_text(kind("N", "64; optimize, compare, tradeoff, --check, a step in a window: 16"))->group(sampling);
     addCount(app, "--spp-gradient", o.sppGradient, "Samples per pixel of a derivative pass")
-        ->option_text(kind("N", "as --spp; optimize, also in compare: 4"))
+        ->option_text(kind("N", "as --spp; optimize, also in compare, and tradeoff: 4"))
         ->group(sampling);
     addCount(app, "--seed", o.seed, "Seed of all random numbers")->option_text(kind("N", "0"))->group(sampling);
     addEnum(app, "--sampler", o.sampler, kSamplers, "sobol", "Random numbers: Owen-scrambled Sobol points, or independent ones")
@@ -88,12 +104,27 @@ void addCommon(CLI::App& app, Options& o) {
 
     const std::string guide = "Guide (render, gradient; optimize learns as it goes)";
     addCount(app, "--train", o.train, "Learning passes before the measured one, of as many samples each")
-        ->option_text(kind("N", "0; compare: 8"))
+        ->option_text(kind("N", "0; compare, tradeoff: 8"))
+        ->group(guide);
+    addCount(app, "--train-spp", o.trainSpp, "Samples per pixel of a learning pass")
+        ->option_text(kind("N", "as the measured pass; of several batches: 8"))
         ->group(guide);
     app.add_option("--save-guide", o.saveGuide, "Write what was learned")->option_text("FILE")->group(guide);
     app.add_option("--load-guide", o.loadGuide, "Start from what an earlier run learned")->option_text("FILE")->group(guide);
     addCount(app, "--guide-memory", o.guideMemory, "Limit of the guide's own device memory; cells stop splitting there")
         ->option_text(kind("MiB", "64"))
+        ->group(guide);
+    app.add_option("--guide-share", o.guideShare, "Of directions, drawn from the guide where it knows something; the rest from the material")
+        ->option_text(kind("F", "0.5"))
+        ->group(guide);
+    addCount(app, "--cell-records", o.cellRecords, "Records of a pass from which a cell of the guide splits")->option_text(kind("N", "6000"))->group(guide);
+    app.add_option("--direction-share", o.directionShare, "Share of a cell's light or derivatives from which a quadrant of directions splits")
+        ->option_text(kind("F", "0.01"))
+        ->group(guide);
+    app.add_option("--forgetting", o.forgetting, "What the guide keeps of older passes or steps, each time")->option_text(kind("F", "0.9"))->group(guide);
+    app.add_option("--roulette-effort", o.rouletteEffort,
+                   "A path whose expected contribution is this share of the average goes on once: less makes more copies")
+        ->option_text(kind("F", "0.3"))
         ->group(guide);
 
     const std::string scene = "Scene (any command)";
@@ -144,6 +175,20 @@ void addTarget(CLI::App& app, Options& o) {
     app.add_option("--target-exposure", o.targetExposure, "Multiply targets by 2^E")->option_text(kind("E", "0"));
 }
 
+void addBudget(CLI::App& app, Options& o) {
+    addQuantity(app, "--error-target", o.errorTarget, parseFraction, "a share, such as 1% or 0.01",
+                "Sample until |standard error| / |estimate| is this small, over all pixels or texels; optimize: of the gradient of each step. Exit "
+                "code 1 if it is not within the samples (--spp, or --spp-gradient) or the time allowed")
+        ->option_text("E%");
+    addSeconds(app, "--time-budget", o.timeBudget, "Sample for so long, loading and learning included; optimize: steps")->option_text("T");
+}
+
+void addBatches(CLI::App& app, Options& o) {
+    addBudget(app, o);
+    addCount(app, "--batches", o.batches, "Divide the samples among so many batches with random numbers of their own, whose spread tells the error")
+        ->option_text(kind("N", "8 with an error target or a time budget, else none"));
+}
+
 void addParameters(CLI::App& app, Options& o) {
     app.add_option("--param", o.param, "Parameter, as 'inspect' prints it, or a glob. Repeats")->option_text("P")->allow_extra_args(false);
 }
@@ -167,7 +212,7 @@ void addOptimizer(CLI::App& app, Options& o) {
         ->option_text(kind("F", "0.1"));
     addCount(app, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
     addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
-    app.add_option("--forgetting", o.forgetting, "What the guide keeps of older steps, each step")->option_text(kind("F", "0.9"));
+    addCount(app, "--stop-after", o.stopAfter, "End after so many of the steps, with the schedule of all")->option_text(kind("N", "--steps"));
     app.add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
         ->option_text(kind("W", "0"));
 }
@@ -190,13 +235,13 @@ void addComparison(CLI::App& app, Options& o) {
                    "Comma-separated: the derivative image (forward), the gradient of an adjoint or a target's loss (reverse), a whole "
                    "recovery from a target (optimize)")
         ->option_text(kind("LIST", "reverse"));
-    app.add_option("--time", o.time, "Equal time: seconds of passes or steps for each method. Without it, equal samples")->option_text("T");
+    addSeconds(app, "--time", o.time, "Equal time: of passes or steps for each method. Without it, equal samples")->option_text("T");
     addCount(app, "--seeds", o.seeds, "Passes of each method, or the fewest under --time; optimize: repetitions")
         ->option_text(kind("K", "16; under --time: 4; optimize: 1"));
     app.add_option("--reference", o.reference,
                    "What is right: made by the most efficient method (auto), or an image. optimize: the scene's own values, or an image")
         ->option_text(kind("auto|FILE", "auto"));
-    app.add_option("--reference-time", o.referenceTime, "Most seconds for an automatic reference")
+    addSeconds(app, "--reference-time", o.referenceTime, "Most time for an automatic reference")
         ->option_text(kind("T", "twice all measured passes"));
     addCount(app, "--adjoint-spp", o.adjointSpp, "Samples per pixel of the image whose loss gives the adjoint of --target")
         ->option_text(kind("N", "256"));
@@ -223,18 +268,21 @@ void addCommands(CLI::App& app, Options& o) {
 
     CLI::App* render = addCommand(app, o, Command::Render, "Render an image: -o FILE.exr", scene);
     addLayers(*render, o);
+    addBatches(*render, o);
 
     CLI::App* gradient = addCommand(app, o, Command::Gradient, "Differentiate the image, or a loss of it", scene);
     addParameters(*gradient, o);
     addDifferentiation(*gradient, o);
     addTarget(*gradient, o);
     addLayers(*gradient, o);
+    addBatches(*gradient, o);
     gradient->add_flag("--check", o.check, "Compare the forward gradient with finite differences; exit code 1 if they disagree");
 
     CLI::App* optimize = addCommand(app, o, Command::Optimize, "Recover parameters from target images: -o FOLDER", scene);
     addParameters(*optimize, o);
     addTarget(*optimize, o);
     addOptimizer(*optimize, o);
+    addBudget(*optimize, o);
     addCheckpoints(*optimize, o);
 
     CLI::App* compare =
@@ -244,6 +292,14 @@ void addCommands(CLI::App& app, Options& o) {
     addDifferentiation(*compare, o);
     addTarget(*compare, o);
     addOptimizer(*compare, o);
+
+    CLI::App* tradeoff = addCommand(app, o, Command::Tradeoff,
+                                    "Measure which options trade speed for accuracy here, one at a time and in pairs, with a report: -o FOLDER", scene);
+    addParameters(*tradeoff, o);
+    addDifferentiation(*tradeoff, o);
+    addTarget(*tradeoff, o);
+    addSeconds(*tradeoff, "--time", o.time, "Of the whole measurement, about")->option_text(kind("T", "30min"));
+    addCount(*tradeoff, "--seeds", o.seeds, "Trainings of each setting, with random numbers of their own")->option_text(kind("K", "3"));
 
     CLI::App* inspect = addCommand(app, o, Command::Inspect, "Cameras, materials, parameters, features and memory of a scene", scene);
     inspect->add_option("--param", o.param, "Parameter that is to be differentiable, for features and memory. Repeats")
@@ -264,138 +320,12 @@ void addCommands(CLI::App& app, Options& o) {
         ->option_text(kind("L,D", "1,1"));
 }
 
-// The value of an option that has to be read before the rest is parsed, as the command line overrides what it brings.
-std::string findValue(const std::string& option, int argc, const char* const* argv) {
-    std::string value;
-    for (int i = 1; i < argc; ++i) {
-        const std::string arg = argv[i];
-        if (arg == option && i + 1 < argc)
-            value = argv[i + 1];
-        if (arg.rfind(option + "=", 0) == 0)
-            value = arg.substr(option.size() + 1);
-    }
-    return value;
-}
-
-void applyText(const std::string& text, const std::string& file, Options& options) {
-    nlohmann::json config;
-    try {
-        config = nlohmann::json::parse(text);
-    } catch (const nlohmann::json::exception& e) {
-        throw Error(ExitCode::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
-    }
-    applyConfig(config, options);
-}
-
-// Those of a run that has a checkpoint; there may be none.
-void readResumed(const std::string& folder, Options& options) {
-    std::vector<std::string> refused;
-    if (const auto checkpoint = findCheckpoint(folder, refused))
-        applyText(checkpoint->config, folder, options);
-    else if (!refused.empty())
-        throw Error(ExitCode::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
-                    "begin anew without --resume");
-}
-
-void readConfig(const std::string& file, Options& options) {
-    std::ifstream in(file);
-    if (!in)
-        throw Error(ExitCode::Usage, "cannot read the configuration '" + file + "'", "the file does not exist or is not readable",
-                    "give the path of a run.json");
-    applyText({std::istreambuf_iterator<char>(in), {}}, file, options);
-}
-
-enum class Names { Nothing, Something, Command };
-
-// What the arguments name: a command, or something else that is no option, such as a scene. Mistakes are somebody else's business.
-Names namedBy(int argc, const char* const* argv) {
-    Options ignored;
-    CLI::App app;
-    addCommon(app, ignored);
-    addCommands(app, ignored);
-    app.allow_extras();
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Error&) {
-    }
-    if (!app.get_subcommands().empty())
-        return Names::Command;
-    const std::vector<std::string> others = app.remaining();
-    const bool any = std::any_of(others.begin(), others.end(), [](const std::string& other) { return !other.empty() && other.front() != '-'; });
-    return any ? Names::Something : Names::Nothing;
-}
-
 } // namespace
 
-const char* commandName(Command command) {
-    for (const auto& c : kCommands)
-        if (c.value == command)
-            return c.name;
-    return "";
-}
-
-std::uint32_t Options::effectiveSpp() const {
-    if (spp)
-        return *spp;
-    return command == Command::Open || command == Command::Optimize || command == Command::Compare || check ? 16 : 64;
-}
-
-std::uint32_t Options::effectiveSppGradient() const {
-    if (sppGradient)
-        return *sppGradient;
-    return command == Command::Open || command == Command::Optimize || (command == Command::Compare && mode == "optimize") ? 4 : effectiveSpp();
-}
-
-std::uint32_t Options::effectiveTrain() const {
-    return train.value_or(command == Command::Compare ? 8 : 0);
-}
-
-Options parseOptions(int argc, const char* const* argv) {
-    Options o;
-    std::vector<const char*> arguments(argv, argv + argc);
-    const Names named = namedBy(argc, argv);
-    const std::string config = findValue("--config", argc, argv), resumed = findValue("--resume", argc, argv);
-    if (!config.empty() || !resumed.empty()) {
-        if (!resumed.empty())
-            readResumed(resumed, o);
-        if (!config.empty())
-            readConfig(config, o);
-        if (o.command != Command::None && named != Names::Command) // options of its own may follow
-            arguments.insert(arguments.begin() + 1, commandName(o.command));
-    } else if (named == Names::Something) {
-        arguments.insert(arguments.begin() + 1, commandName(Command::Open));
-    }
-    CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
-    app.set_help_flag("-h,--help", "This text; after a command, that command alone");
-    app.get_formatter()->column_width(44);
+void declareOptions(CLI::App& app, Options& options) {
     app.footer(kFooter);
-    bool listDevices = false, version = false;
-    app.add_flag("--list-devices", listDevices, "List Vulkan devices");
-    app.add_flag("--version", version, "Version, device, driver and required device features");
-    addCommon(app, o);
-    addCommands(app, o);
-    app.require_subcommand(0, 1);
-    try {
-        app.parse(int(arguments.size()), arguments.data());
-    } catch (const CLI::CallForHelp&) {
-        const auto chosen = app.get_subcommands();
-        if (!chosen.empty())
-            throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
-        throw HelpRequested{app.help("", CLI::AppFormatMode::All)};
-    } catch (const CLI::ParseError& e) {
-        throw Error(ExitCode::Usage, e.what(), "", "see cmpg-vk --help");
-    }
-    for (const auto& c : kCommands)
-        if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name))
-            o.command = c.value;
-    if (listDevices)
-        o.command = Command::ListDevices;
-    if (version)
-        o.command = Command::Version;
-    if (o.output.empty())
-        o.output = o.resume;
-    validate(o);
-    return o;
+    addCommon(app, options);
+    addCommands(app, options);
 }
 
 } // namespace cmpg

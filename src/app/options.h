@@ -15,8 +15,11 @@
 
 namespace cmpg {
 
-enum class Command { None, Open, Render, Gradient, Optimize, Compare, Inspect, View, Guide, ListDevices, Version };
+enum class Command { None, Open, Render, Gradient, Optimize, Compare, Tradeoff, Inspect, View, Guide, ListDevices, Version };
 const char* commandName(Command command);
+
+// What the defaults aim at; docs/tradeoffs.md has the measurements.
+enum class Quality { Preview, Balanced, Accurate };
 
 struct Options {
     Command command = Command::None;
@@ -26,7 +29,8 @@ struct Options {
     bool headless = false, json = false, quiet = false;
     std::string displayServer; // --display-server: HOST:PORT; empty: none
 
-    // Common to all commands. Unset optionals depend on the command: see effectiveSpp() and the like.
+    // Common to all commands. Unset optionals depend on the command and the quality: see effectiveSpp() and the like.
+    Quality quality = Quality::Balanced;
     std::optional<std::uint32_t> spp, sppGradient;
     std::optional<std::uint32_t> width, height, maxDepth;
     std::string camera; // empty: the first
@@ -40,13 +44,21 @@ struct Options {
     bool noLightSampling = false;
     bool roulette = true; // by the adjoint, where it pays
     bool positivize = false;
-    std::optional<std::uint32_t> train; // learning passes before the measured one
+    std::optional<std::uint32_t> train, trainSpp; // learning passes before the measured one, and their samples per pixel
     std::string saveGuide, loadGuide;
     std::uint64_t guideMemory = 64; // MiB
+    float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
+    std::uint32_t cellRecords = SdTreeConfig{}.cellRecords;
+    float directionShare = float(SdTreeConfig{}.directionShare), forgetting = float(SdTreeConfig{}.forgetting);
     std::optional<PixelSampling> pixelSampling; // default: adjoint
+
+    // render, gradient and optimize: sample until that error or time is reached
+    std::optional<float> errorTarget; // |standard error| / |estimate|
+    std::optional<float> timeBudget;  // seconds since the program began
 
     // render and gradient
     std::string layers;
+    std::optional<std::uint32_t> batches; // with random numbers of their own, whose spread tells the error
 
     // open, gradient and optimize
     std::vector<std::string> param;
@@ -69,7 +81,7 @@ struct Options {
     float totalVariation = 0;
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
-    float forgetting = 0.9f;
+    std::optional<std::uint32_t> stopAfter; // steps of --steps that are done
     std::string checkpointEvery = "10m"; // steps, or a time with its unit
     std::string resume;                  // the folder of the run to go on with; empty: a new one
 
@@ -96,6 +108,10 @@ struct Options {
     std::uint32_t effectiveSpp() const;         // of images
     std::uint32_t effectiveSppGradient() const; // of derivative passes
     std::uint32_t effectiveTrain() const;
+    std::uint32_t effectiveTrainSpp() const;
+    std::uint32_t effectiveDepth(std::uint32_t scenes) const; // of a scene that asks for `scenes` segments
+    std::uint32_t effectiveBatches() const; // 0: samples are not divided
+    bool hasBudget() const { return errorTarget || timeBudget; }
     bool isReverse() const { return command == Command::Optimize || !adjoint.empty() || !target.empty(); }
 };
 
@@ -123,6 +139,8 @@ inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sa
 inline constexpr EnumName<Sampling> kSamplings[] = {{Sampling::Bsdf, "bsdf"},       {Sampling::Primal, "primal"},
                                                     {Sampling::Differential, "differential"}, {Sampling::Uniform, "uniform"},
                                                     {Sampling::Conditional, "conditional"},   {Sampling::Auto, "auto"}};
+inline constexpr EnumName<Quality> kQualities[] = {
+    {Quality::Preview, "preview"}, {Quality::Balanced, "balanced"}, {Quality::Accurate, "accurate"}};
 inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};
 inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
 inline constexpr EnumName<Loss> kLosses[] = {
@@ -133,7 +151,7 @@ inline constexpr EnumName<Schedule> kSchedules[] = {
 inline constexpr EnumName<Command> kCommands[] = {
     {Command::Open, "open"},
     {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},
-    {Command::Compare, "compare"}, {Command::Inspect, "inspect"},   {Command::View, "view"},
+    {Command::Compare, "compare"}, {Command::Tradeoff, "tradeoff"}, {Command::Inspect, "inspect"},   {Command::View, "view"},
     {Command::Guide, "guide"},     {Command::ListDevices, "list-devices"}, {Command::Version, "version"}};
 
 } // namespace cmpg

@@ -1,6 +1,7 @@
 // What makes sense together among the options, however they were given.
 #include "app/options.h"
 
+#include "app/error_budget.h"
 #include "app/optimize_options.h"
 #include "base/error.h"
 #include "live/display_stream.h"
@@ -38,6 +39,30 @@ void validateSavedGuide(const Options& o) {
         refuse("--save-guide has nothing to save: --check alone learns no guide", "add -o FILE.exr");
 }
 
+void validateBudget(const Options& o) {
+    if (o.errorTarget)
+        requireFinite(*o.errorTarget, "--error-target", 1e-6f, 100);
+    if (o.timeBudget)
+        requireFinite(*o.timeBudget, "--time-budget", 1e-3f, 1e7f);
+    const std::uint32_t batches = o.effectiveBatches();
+    if (batches == 0)
+        return;
+    constexpr std::uint32_t kMost = 64; // their spread is known well enough by then
+    if (batches < kFewestBatches || batches > kMost)
+        refuse("--batches must be from " + std::to_string(kFewestBatches) + " to " + std::to_string(kMost));
+    const bool image = o.command == Command::Render;
+    const std::uint32_t samples = image ? o.effectiveSpp() : o.effectiveSppGradient();
+    const std::string option = image ? "--spp" : "--spp-gradient";
+    if (samples < batches)
+        refuse("an error is told from at least " + std::to_string(batches) + " samples per pixel, not " + std::to_string(samples), "raise " + option);
+    if (!o.hasBudget() && samples % batches != 0)
+        refuse(option + " must be a multiple of --batches");
+    if (!o.layers.empty())
+        refuse("--layers does not go with --batches, --error-target or --time-budget");
+    if (o.check)
+        refuse("--check does not go with --batches, --error-target or --time-budget");
+}
+
 void validateGradient(const Options& o) {
     if (o.param.empty())
         refuse("gradient needs --param", "'inspect SCENE' lists the parameters");
@@ -64,7 +89,7 @@ void validateSteps(const Options& o) {
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
-    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    requirePositive(o.stopAfter, "--stop-after", 10'000'000);
 }
 
 void validateOptimize(const Options& o) {
@@ -114,6 +139,20 @@ void validateCompare(const Options& o) {
     validateSteps(o);
 }
 
+void validateTradeoff(const Options& o) {
+    if (o.param.empty())
+        refuse("tradeoff needs --param", "'inspect SCENE' lists the parameters");
+    if (o.output.empty())
+        refuse("tradeoff needs -o FOLDER");
+    if (!o.adjoint.empty() && !o.target.empty())
+        refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
+    if (o.target.size() > 1)
+        refuse("tradeoff takes one --target");
+    if (o.time)
+        requireFinite(*o.time, "--time", 1e-3f, 1e7f);
+    requirePositive(o.seeds, "--seeds", 1000);
+}
+
 } // namespace
 
 void validate(const Options& o) {
@@ -121,7 +160,7 @@ void validate(const Options& o) {
         return;
     if (o.command == Command::None)
         refuse("no command given",
-               "a scene opens a window; commands are render, gradient, optimize, compare, inspect, view, guide; see cmpg-vk --help");
+               "a scene opens a window; commands are render, gradient, optimize, compare, tradeoff, inspect, view, guide; see cmpg-vk --help");
     if (o.input.empty())
         refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
                                                         : o.command == Command::Guide ? " needs a guide"
@@ -145,11 +184,19 @@ void validate(const Options& o) {
             refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
     if (!o.displayServer.empty())
         DisplayStream::requireAddress(o.displayServer);
+    requirePositive(o.trainSpp, "--train-spp", kMaxSamples);
+    requireFinite(o.guideShare, "--guide-share", 0, 0.95f); // materials must be able to draw what the guide never does
+    if (o.cellRecords < 1 || o.cellRecords > (1u << 30))
+        refuse("--cell-records must be from 1 to 1073741824");
+    requireFinite(o.directionShare, "--direction-share", 1e-4f, 1);
+    requireFinite(o.forgetting, "--forgetting", 0, 1);
+    requireFinite(o.rouletteEffort, "--roulette-effort", 0.01f, 100);
     requireFinite(o.targetExposure, "--target-exposure", -64, 64);
     requireFinite(o.exposure, "--exposure", -64, 64);
     if (o.scale)
         requireFinite(*o.scale, "--scale", 1e-30f, 1e30f);
 
+    validateBudget(o);
     if (o.command == Command::Open)
         validateOpen(o);
     if (o.command == Command::Gradient)
@@ -158,6 +205,8 @@ void validate(const Options& o) {
         validateOptimize(o);
     if (o.command == Command::Compare)
         validateCompare(o);
+    if (o.command == Command::Tradeoff)
+        validateTradeoff(o);
     validateSavedGuide(o);
     if ((o.command == Command::Render || o.command == Command::View) && o.output.empty())
         refuse(commandName(o.command) + std::string(" needs -o FILE"));

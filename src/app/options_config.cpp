@@ -12,6 +12,7 @@ namespace {
 // Calls v(key, field) for every option that bears on a result; keys are the names on the command line. Enumerations come with
 // their names. Each command adds its own.
 template <class O, class V> void visitCommon(O& o, V&& v) {
+    v("quality", o.quality, kQualities);
     v("spp", o.spp);
     v("spp-gradient", o.sppGradient);
     v("seed", o.seed);
@@ -22,8 +23,14 @@ template <class O, class V> void visitCommon(O& o, V&& v) {
     v("positivize", o.positivize);
     v("roulette", o.roulette, kRoulettes);
     v("train", o.train);
+    v("train-spp", o.trainSpp);
     v("load-guide", o.loadGuide);
     v("guide-memory", o.guideMemory);
+    v("guide-share", o.guideShare);
+    v("cell-records", o.cellRecords);
+    v("direction-share", o.directionShare);
+    v("forgetting", o.forgetting);
+    v("roulette-effort", o.rouletteEffort);
     v("width", o.width);
     v("height", o.height);
     v("camera", o.camera);
@@ -31,6 +38,12 @@ template <class O, class V> void visitCommon(O& o, V&& v) {
     v("set", o.set);
     v("device", o.device);
     v("memory", o.memory);
+}
+
+template <class O, class V> void visitBudget(O& o, V&& v) {
+    v("error-target", o.errorTarget);
+    v("time-budget", o.timeBudget);
+    v("batches", o.batches);
 }
 
 template <class O, class V> void visitTarget(O& o, V&& v) {
@@ -60,7 +73,7 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("total-variation", o.totalVariation);
     v("warm-up", o.warmUp);
     v("freeze", o.freeze);
-    v("forgetting", o.forgetting);
+    v("stop-after", o.stopAfter);
 }
 
 template <class O, class V> void visitGuide(O& o, V&& v) {
@@ -80,6 +93,12 @@ template <class O, class V> void visitCompare(O& o, V&& v) {
     v("adjoint-spp", o.adjointSpp);
     visitDifferentiation(o, v);
     visitOptimize(o, v);
+}
+
+template <class O, class V> void visitTradeoff(O& o, V&& v) {
+    v("time", o.time);
+    v("seeds", o.seeds);
+    visitDifferentiation(o, v);
 }
 
 template <class O, class V> void visitView(O& o, V&& v) {
@@ -211,6 +230,12 @@ nlohmann::ordered_json toConfig(const Options& options) {
     if (!o.pixelSampling)
         o.pixelSampling = PixelSampling::Adjoint;
     o.train = o.effectiveTrain();
+    if (o.command == Command::Render || o.command == Command::Gradient) {
+        if (*o.train > 0)
+            o.trainSpp = o.effectiveTrainSpp();
+        if (const std::uint32_t batches = o.effectiveBatches())
+            o.batches = batches;
+    }
     o.mask = absolutePath(o.mask);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
@@ -237,7 +262,9 @@ nlohmann::ordered_json toConfig(const Options& options) {
         return json;
     }
     visitCommon(o, writer);
-    if (o.command == Command::Gradient || o.command == Command::Optimize || o.command == Command::Compare)
+    if (o.command == Command::Render || o.command == Command::Gradient || o.command == Command::Optimize)
+        visitBudget(o, writer);
+    if (o.command == Command::Gradient || o.command == Command::Optimize || o.command == Command::Compare || o.command == Command::Tradeoff)
         visitTarget(o, writer);
     if (o.command == Command::Gradient)
         visitGradient(o, writer);
@@ -247,6 +274,8 @@ nlohmann::ordered_json toConfig(const Options& options) {
     }
     if (o.command == Command::Compare)
         visitCompare(o, writer);
+    if (o.command == Command::Tradeoff)
+        visitTradeoff(o, writer);
     return json;
 }
 
@@ -260,6 +289,7 @@ void applyConfig(const nlohmann::json& config, Options& options) {
         reader("command", options.command, kCommands);
         reader("input", options.input);
         visitCommon(options, reader);
+        visitBudget(options, reader);
         visitTarget(options, reader);
         visitGradient(options, reader);
         visitOptimize(options, reader);

@@ -4,6 +4,7 @@
 #include "app/output.h"
 #include "base/log.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <sys/resource.h>
@@ -127,7 +128,9 @@ void writeRunJson(const Options& options, const std::filesystem::path& folder, R
     json["made-with"] = {{"version", CMPG_VERSION}, {"device", report.device}, {"driver", report.driver}};
     const std::filesystem::path file = folder / "run.json";
     writeTextFile(file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-    report.outputs.emplace_back("run", file.string());
+    const std::pair<std::string, std::string> output{"run", file.string()};
+    if (std::find(report.outputs.begin(), report.outputs.end(), output) == report.outputs.end())
+        report.outputs.push_back(output);
 }
 
 } // namespace cmpg

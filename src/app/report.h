@@ -37,6 +37,8 @@ struct Report {
     // All fields named in the manual, then `extra`; not finite numbers become null.
     nlohmann::ordered_json toJson() const;
 
+    double elapsed() const { return total_.seconds(); }
+
   private:
     Stopwatch total_;
 };
@@ -50,7 +52,7 @@ std::ostream& textOut(const Options& options);
 
 // Prints the effective configuration, unless --quiet.
 void printConfiguration(const Options& options);
-// Writes run.json into `folder` and notes it as an output.
+// Writes run.json into `folder`, again if it is there, and notes it as an output.
 void writeRunJson(const Options& options, const std::filesystem::path& folder, Report& report);
 
 } // namespace cmpg

@@ -56,7 +56,7 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
 RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable) {
     RenderConfig config;
     config.differentiable = differentiable;
-    config.maxDepth = options.maxDepth.value_or(scene.maxDepth);
+    config.maxDepth = options.effectiveDepth(scene.maxDepth);
     config.sampler = options.sampler;
     config.lightSampling = !options.noLightSampling;
     config.allFeatures = options.allFeatures;
@@ -65,7 +65,11 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.learning = config.guiding && options.command == Command::Optimize;
     config.roulette = config.guiding && options.roulette && options.isReverse();
     config.guideMemory = options.guideMemory << 20;
+    config.guide.cellRecords = options.cellRecords;
+    config.guide.directionShare = double(options.directionShare);
     config.guide.forgetting = double(options.forgetting);
+    config.guideShare = options.guideShare;
+    config.rouletteEffort = options.rouletteEffort;
     return config;
 }
 
@@ -92,16 +96,23 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
 
-    Options effective = options_;
-    effective.maxDepth = config.maxDepth;
+    effective_ = options_;
+    effective_.maxDepth = config.maxDepth;
     if (options_.target.size() <= 1) { // several targets have cameras and sizes of their own
-        effective.width = std::uint32_t(view.width);
-        effective.height = std::uint32_t(view.height);
-        effective.camera = view.camera->name;
+        effective_.width = std::uint32_t(view.width);
+        effective_.height = std::uint32_t(view.height);
+        effective_.camera = view.camera->name;
     }
-    printConfiguration(effective);
-    if (!folder.empty())
-        writeRunJson(effective, folder, report_);
+    printConfiguration(effective_);
+    folder_ = folder;
+    record({});
+}
+
+void Session::record(const std::function<void(Options&)>& change) {
+    if (change)
+        change(effective_);
+    if (!folder_.empty())
+        writeRunJson(effective_, folder_, report_);
 }
 
 void Session::warnUnreached(std::uint32_t parameter, bool anyGradient) {

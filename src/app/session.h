@@ -32,6 +32,8 @@ class Session {
     Device& device() { return *device_; }       // after either
     // Warns where the gradient of a parameter (by index into the scene's) is nothing but zeros.
     void warnUnreached(std::uint32_t parameter, bool anyGradient);
+    // Rewrites run.json, in the folder of prepare(), for what was decided on the way.
+    void record(const std::function<void(Options&)>& change);
     // Device times, memory and statistics go to the report, warnings to stderr. Error(Numerical) if a substantial part of the
     // contributions was lost, or `result` holds values that are not finite.
     void finish(const Image* result = nullptr);
@@ -42,6 +44,8 @@ class Session {
     Stopwatch loading_;
     std::optional<Device> device_;
     std::unique_ptr<Renderer> renderer_;
+    Options effective_; // of run.json
+    std::filesystem::path folder_;
 };
 
 } // namespace cmpg

@@ -1,6 +1,7 @@
-// Student's t distribution: how surprising a deviation is when its standard error was itself estimated from few samples.
+// Student's t and the F distribution: how surprising a deviation is when its standard error was itself estimated from few samples.
 #include "app/student_t.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {
@@ -27,6 +28,15 @@ double incompleteBeta(double a, double b, double x) {
     return x < (a + 1) / (a + b + 2) ? front * betaFraction(a, b, x) / a : 1 - front * betaFraction(b, a, 1 - x) / b;
 }
 
+// Cube roots of mean squares are nearly normal (Wilson and Hilferty 1931): to 1e-4 of a probability from 100 degrees of freedom on.
+constexpr double kManyDegrees = 200;
+
+double nearlyNormal(double f, double above, double below) {
+    const double a = 2 / (9 * above), b = 2 / (9 * below), root = std::cbrt(f);
+    const double z = ((1 - b) * root - (1 - a)) / std::sqrt(b * root * root + a);
+    return 0.5 * std::erfc(-z / std::sqrt(2.0));
+}
+
 } // namespace
 
 double studentTwoSided(double t, double degrees) {
@@ -40,6 +50,25 @@ double studentQuantile(double probability, double degrees) {
     for (int i = 0; i < 80; ++i) {
         const double middle = 0.5 * (low + high);
         (studentTwoSided(middle, degrees) > probability ? low : high) = middle;
+    }
+    return high;
+}
+
+double fProbability(double f, double above, double below) {
+    if (!(f > 0))
+        return 0;
+    if (std::min(above, below) > kManyDegrees) // where the continued fraction is too short
+        return nearlyNormal(f, above, below);
+    return incompleteBeta(above / 2, below / 2, above * f / (above * f + below));
+}
+
+double fQuantile(double probability, double above, double below) {
+    double low = 0, high = 1;
+    while (fProbability(high, above, below) < probability && high < 1e12)
+        high *= 2;
+    for (int i = 0; i < 80; ++i) {
+        const double middle = 0.5 * (low + high);
+        (fProbability(middle, above, below) < probability ? low : high) = middle;
     }
     return high;
 }

@@ -36,7 +36,7 @@ std::shared_ptr<const Image> map(const GuideCell& cell, const std::array<double,
 
 } // namespace
 
-LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdTree* guide, Sampling sampling) {
+LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdTree* guide, Sampling sampling, float share) {
     LivePick pick;
     pick.x = x;
     pick.y = y;
@@ -57,7 +57,7 @@ LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdT
     pick.weights = mixtureOfCameraPath(sampling, mean);
     const double light = pick.weights[0] * mean.primal, all = light + pick.weights[1] * mean.plus + pick.weights[2] * mean.minus;
     pick.lightShare = all > 0 ? light / all : 0;
-    pick.guideShare = all > 0 ? kGuideShare : 0;
+    pick.guideShare = all > 0 ? double(share) : 0;
     pick.maps = {map(*cell, {1, 0, 0}), map(*cell, {0, 1, 0}), map(*cell, {0, 0, 1}), map(*cell, pick.weights)};
     return pick;
 }

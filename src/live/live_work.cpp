@@ -1,7 +1,7 @@
 // What a session does with a scene: settings, the renderer they need, films that refine.
 #include "live/live_work.h"
 
-#include "app/session.h"
+#include "app/guided_session.h"
 #include "live/guide_pick.h"
 
 #include <algorithm>
@@ -200,10 +200,9 @@ void LiveWork::ensureRenderer() {
 void LiveWork::ensurePasses() {
     if (passes_ && passesSampling_ == settings_.sampling)
         return;
-    auto passes = std::make_unique<GuidedPasses>(*renderer_, GuidedOptions{.sampling = settings_.sampling,
-                                                                          .pixels = options_.pixelSampling.value_or(PixelSampling::Adjoint),
-                                                                          .positivize = options_.positivize,
-                                                                          .roulette = options_.roulette});
+    GuidedOptions guided = guidedOptions(options_);
+    guided.sampling = settings_.sampling;
+    auto passes = std::make_unique<GuidedPasses>(*renderer_, guided);
     if (passes_ && guide())
         passes->load({renderer_->guide(), passes_->guideRecord()});
     dropOptimization(true);

@@ -213,7 +213,7 @@ void LiveWorker::answer(const LiveRequests& quick) {
         const auto [x, y] = *quick.pick;
         const bool images = work_->settings().mode == LiveMode::Render; // where every guided kind is primal
         const Sampling kind = images ? Sampling::Primal : work_->decision().kind;
-        LivePick pick = pickGuide(scene_->scene, work_->view(), x, y, work_->guide(), kind);
+        LivePick pick = pickGuide(scene_->scene, work_->view(), x, y, work_->guide(), kind, options_.guideShare);
         pick.number = (state_.pick ? state_.pick->number : 0) + 1;
         state_.pick = std::make_shared<const LivePick>(std::move(pick));
     }

@@ -185,7 +185,7 @@ void Optimization::restore(OptimizeState state, const std::vector<std::vector<fl
 }
 
 bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) {
-    while (state_.step < config_.steps) {
+    while (state_.step < std::min(config_.steps, config_.stopAfter)) {
         const StepReport report = step();
         if (afterStep)
             afterStep(report);

@@ -13,6 +13,7 @@ namespace cmpg {
 
 struct OptimizeConfig {
     std::uint32_t steps = 200;
+    std::uint32_t stopAfter = ~0u; // steps: run() ends early, the schedule is that of all
     std::uint32_t spp = 16, sppGradient = 4; // per pixel and step, of the primal and of the derivative pass
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
@@ -68,7 +69,7 @@ class Optimization {
     void restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients);
     // Error(Input) if they do not.
     void requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values, const std::vector<std::vector<double>>& gradients) const;
-    // Steps until done or stopped, calling `afterStep` after each. False: stopped.
+    // Steps until done, stopAfter included, or stopped, calling `afterStep` after each. False: stopped.
     bool run(const std::function<void(const StepReport&)>& afterStep = {});
 
     // Image of a view at the current parameters, with the same random numbers whatever the step: two of them differ by what the
@@ -77,6 +78,7 @@ class Optimization {
 
     // For the steps to come.
     void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
+    void stopAfter(std::uint32_t steps) { config_.stopAfter = steps; }
     void setRateFactor(double factor) { rateFactor_ = factor; } // on all rates, beside the schedule
 
     const OptimizeConfig& config() const { return config_; }

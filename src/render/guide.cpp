@@ -9,9 +9,6 @@ namespace cmpg {
 namespace {
 
 constexpr double kRecordBits = 24; // records have units of 2^-24 of a typical one, and 2^30 of room above it
-// A path whose expected contribution is this share of the average one goes on once. Below 1 there are more copies than deaths: what
-// follows a split is cheaper than a path from the camera (measured on two scenes: 1.4 and 1.6 times the efficiency of 1).
-constexpr double kRouletteEffort = 0.3;
 
 SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
     glm::vec3 lower(std::numeric_limits<float>::max()), upper(-lower);
@@ -52,7 +49,7 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
     : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
-      })) {
+      })), share_(config.guideShare), rouletteEffort_(config.rouletteEffort) {
     buffers.publish(tree);
 }
 
@@ -62,9 +59,9 @@ void Guide::beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling
     for (int c = 0; c < 3; ++c)
         info_.inverseExtent[c] = extent[c] > 0 ? 1 / extent[c] : 0;
     info_.kind = kindOf(pass, sampling.kind);
-    info_.share = kGuideShare;
+    info_.share = share_;
     // Adjoints on the device come divided by the samples. 0: every path goes on once.
-    info_.reference = sampling.roulette && !tree.empty() ? float(kRouletteEffort * sampling.reference / spp) : 0.0f;
+    info_.reference = sampling.roulette && !tree.empty() ? float(rouletteEffort_ * sampling.reference / spp) : 0.0f;
     info_.sign = sampling.sign;
     buffers.setInfo(info_);
 }

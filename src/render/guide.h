@@ -35,6 +35,8 @@ struct Guide {
 
     std::uint64_t mostNodes_; // that surely fit
     bool emission_; // derivatives by emission have no unit of radiance
+    float share_;
+    double rouletteEffort_;
     bool open_ = false, published_ = true;
     double primalUnit_ = 1, derivativeUnit_ = 1;
     gpu::GuideInfo info_{};

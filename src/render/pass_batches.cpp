@@ -39,7 +39,7 @@ gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, BatchStart& start,
     batch.pass = in.key.pass;
     batch.firstPixel = std::uint32_t(start.pixel);
     batch.firstSample = start.sample;
-    batch.earlierSamples = in.film ? in.film->samples : 0;
+    batch.earlierSamples = in.film ? in.film->samples : in.key.firstSample;
     batch.width = in.width;
     batch.height = in.height;
     batch.surfaceScale = in.surfaceScale;

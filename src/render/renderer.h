@@ -31,6 +31,7 @@ struct RenderConfig {
     bool learning = false; // records of every pass, and their variances
     bool roulette = false; // copies of split paths
     SdTreeConfig guide = {};
+    float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
 
@@ -65,6 +66,7 @@ struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
     std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette; + 8: the half for negative terms
+    std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
 };
 
 struct View {

@@ -66,6 +66,7 @@ class Device {
     double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
     const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, by kernel: there a CPU driver compiles
     void resetKernelTimes();
+    void keepKernels(); // that are made from now on, for others of the same name and constants, until the device goes
 
     struct Impl;
     Impl& impl() const { return *impl_; }
@@ -120,7 +121,7 @@ class Kernel {
     Impl* impl() const { return impl_.get(); }
 
   private:
-    std::unique_ptr<Impl> impl_;
+    std::shared_ptr<Impl> impl_; // with others where the device keeps kernels
 };
 
 // Which buffer stands behind each binding number (shaders/shared/bindings.h). A kernel picks those it declares.

@@ -46,6 +46,8 @@ struct Device::Impl {
     std::map<std::string, KernelTime> kernelTimes;
     double compileSeconds = 0;
     std::map<std::string, double> compileTimes;
+    bool keepsKernels = false;
+    std::map<std::pair<std::string, std::vector<std::uint32_t>>, std::shared_ptr<Kernel::Impl>> keptKernels; // by name and constants
 
     explicit Impl(const Options& options);
 

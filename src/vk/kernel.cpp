@@ -41,8 +41,14 @@ vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, co
 
 } // namespace
 
-Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) : impl_(std::make_unique<Impl>()) {
+Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) {
     Device::Impl& owner = device.impl();
+    const std::pair<std::string, std::vector<std::uint32_t>> key(std::string(name), std::vector<std::uint32_t>(constants.begin(), constants.end()));
+    if (const auto kept = owner.keptKernels.find(key); kept != owner.keptKernels.end()) {
+        impl_ = kept->second;
+        return;
+    }
+    impl_ = std::make_shared<Impl>();
     const ScopedTime time(owner.compileSeconds);
     const EmbeddedKernel& embedded = findKernel(name);
     const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
@@ -70,6 +76,8 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
         owner.setName(impl_->pipeline, impl_->name);
     });
     owner.instance->throwValidationMessages();
+    if (owner.keepsKernels)
+        owner.keptKernels[key] = impl_;
 }
 
 Kernel::Kernel() noexcept = default;

@@ -8,15 +8,15 @@
 namespace cmpg {
 namespace {
 
-CompareMethod one(const std::string& text, const CompareMethod& base = {}) { return parseMethods(text, base).at(0); }
+CompareMethod one(const std::string& text, const Options& base = {}) { return parseMethods(text, base).at(0); }
 
 TEST(CompareMethods, NamesStandForOptions) {
     for (const char* name : {"plain", "bsdf"}) {
         const CompareMethod method = one(name);
         EXPECT_EQ(method.options.sampling, Sampling::Bsdf);
-        EXPECT_EQ(method.options.pixels, PixelSampling::Uniform);
+        EXPECT_EQ(method.options.pixelSampling, PixelSampling::Uniform);
         EXPECT_FALSE(method.options.roulette || method.options.positivize || method.needsGuide());
-        EXPECT_TRUE(method.lightSampling);
+        EXPECT_FALSE(method.options.noLightSampling);
     }
     const std::pair<const char*, Sampling> kinds[] = {{"primal", Sampling::Primal},
                                                       {"differential", Sampling::Differential},
@@ -25,14 +25,14 @@ TEST(CompareMethods, NamesStandForOptions) {
     for (const auto& [name, kind] : kinds) {
         const CompareMethod method = one(name);
         EXPECT_EQ(method.options.sampling, kind);
-        EXPECT_EQ(method.options.pixels, PixelSampling::Uniform);
+        EXPECT_EQ(method.options.pixelSampling, PixelSampling::Uniform);
         EXPECT_FALSE(method.options.roulette);
         EXPECT_TRUE(method.needsGuide());
     }
     for (const char* name : {"ours", "auto"}) {
         const CompareMethod method = one(name);
         EXPECT_EQ(method.options.sampling, Sampling::Auto);
-        EXPECT_EQ(method.options.pixels, PixelSampling::Adjoint);
+        EXPECT_EQ(method.options.pixelSampling, PixelSampling::Adjoint);
         EXPECT_TRUE(method.options.roulette);
     }
 }
@@ -40,19 +40,21 @@ TEST(CompareMethods, NamesStandForOptions) {
 TEST(CompareMethods, PartsChangeOneThingEach) {
     const CompareMethod all = one("conditional+pixels+roulette+positivize+nonee+independent");
     EXPECT_EQ(all.options.sampling, Sampling::Conditional);
-    EXPECT_EQ(all.options.pixels, PixelSampling::Adjoint);
+    EXPECT_EQ(all.options.pixelSampling, PixelSampling::Adjoint);
     EXPECT_TRUE(all.options.roulette && all.options.positivize);
-    EXPECT_FALSE(all.lightSampling);
-    EXPECT_EQ(all.sampler, Sampler::Independent);
+    EXPECT_TRUE(all.options.noLightSampling);
+    EXPECT_EQ(all.options.sampler, Sampler::Independent);
     const CompareMethod bare = one("ours+nopixels+noroulette");
     EXPECT_EQ(bare.options.sampling, Sampling::Auto);
-    EXPECT_EQ(bare.options.pixels, PixelSampling::Uniform);
+    EXPECT_EQ(bare.options.pixelSampling, PixelSampling::Uniform);
     EXPECT_FALSE(bare.options.roulette);
     EXPECT_TRUE(one("plain+roulette").needsGuide());
-    const CompareMethod base{.name = {}, .options = {}, .lightSampling = false, .sampler = Sampler::Independent};
-    EXPECT_FALSE(one("primal", base).lightSampling);
-    EXPECT_TRUE(one("primal+nee", base).lightSampling);
-    EXPECT_EQ(one("primal+sobol", base).sampler, Sampler::Sobol);
+    Options base;
+    base.noLightSampling = true;
+    base.sampler = Sampler::Independent;
+    EXPECT_TRUE(one("primal", base).options.noLightSampling);
+    EXPECT_FALSE(one("primal+nee", base).options.noLightSampling);
+    EXPECT_EQ(one("primal+sobol", base).options.sampler, Sampler::Sobol);
 }
 
 TEST(CompareMethods, ListsKeepTheirOrder) {

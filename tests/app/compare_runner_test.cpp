@@ -93,6 +93,39 @@ TEST(CompareRunner, ReferenceComesFromTheMostEfficientWithNewNumbers) {
     EXPECT_NEAR(stated, kEntries * 0.01 / 50 / truthNorm(), 0.25 * stated); // 50 x 50 samples know a variance to 3 %
 }
 
+TEST(CompareRunner, TurnsHaveTheirOwnBeginningAndFigures) {
+    ToyContestant slow{.noise = 2, .seconds = 0.5}, fast{.noise = 1, .seconds = 0.25};
+    std::vector<std::string> order;
+    const auto turning = [&](const std::string& name, ToyContestant& toy, std::uint64_t stream) {
+        Contestant c = contestant(name, toy, stream);
+        c.begin = [&order, &toy, name](std::uint32_t turn) {
+            order.push_back(name + std::to_string(turn));
+            toy.noise = turn == 2 ? 3 : 1; // learned badly in the last one
+        };
+        c.end = [&order, name] { order.push_back(name); };
+        c.makesReference = name == "slow";
+        return c;
+    };
+    CompareBudget budget;
+    budget.seconds = 90;
+    budget.turns = 3;
+    budget.referenceSeconds = 5;
+    const auto comparison = compareGradients({turning("slow", slow, 1), turning("fast", fast, 2)}, kEntries, budget, {});
+    const std::string reference = "slow" + std::to_string(kReferenceTurn);
+    EXPECT_EQ(order, (std::vector<std::string>{"slow0", "slow", "fast0", "fast", "slow1", "slow", "fast1", "fast", "slow2", "slow", "fast2", "fast",
+                                               reference, "slow"}));
+    EXPECT_EQ(comparison.reference.madeBy, "slow"); // the only one that may
+    for (const GradientResult& r : comparison.results) {
+        ASSERT_EQ(r.turns.size(), 3u);
+        EXPECT_NEAR(r.seconds, 90, 1);
+        for (std::size_t turn = 0; turn < 3; ++turn) {
+            const double variance = (turn == 2 ? 9.0 : 1.0) * kEntries; // 60 passes and more of 50 entries know it to 3 %
+            EXPECT_NEAR(r.turns[turn].variance, variance, 0.1 * variance) << r.name << turn;
+            EXPECT_DOUBLE_EQ(r.turns[turn].secondsPerPass, r.name == "slow" ? 0.5 : 0.25);
+        }
+    }
+}
+
 TEST(CompareRunner, BiasIsSeen) {
     ToyContestant honest{.noise = 0.5}, biased{.noise = 0.5, .factor = 1.03}, other{.noise = 0.4};
     CompareBudget budget;

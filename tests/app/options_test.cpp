@@ -77,6 +77,33 @@ TEST(Options, SamplesPerPixelDependOnTheCommand) {
     EXPECT_EQ(optimize.effectiveSppGradient(), 4u);
 }
 
+TEST(Options, QualitySetsWhatIsNotGiven) {
+    const std::vector<std::string> render = {"render", "s", "-o", "a.exr", "--quality"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), render.begin(), render.end());
+        return parse(more);
+    };
+    EXPECT_EQ(with({"preview"}).effectiveSpp(), 16u);
+    EXPECT_EQ(with({"accurate"}).effectiveSpp(), 256u);
+    EXPECT_EQ(with({"accurate", "--spp", "9"}).effectiveSpp(), 9u);
+    EXPECT_EQ(with({"preview"}).effectiveDepth(8), 4u);
+    EXPECT_EQ(with({"preview"}).effectiveDepth(1), 1u);
+    EXPECT_EQ(with({"accurate", "--max-depth", "3"}).effectiveDepth(8), 3u);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr"}).effectiveDepth(8), 8u);
+    EXPECT_EQ(toConfig(with({"preview"})).at("quality"), "preview");
+}
+
+TEST(Options, ErrorsAndTimesHaveUnits) {
+    const std::vector<std::pair<std::string, float>> times = {{"90", 90.f}, {"1.5s", 1.5f}, {"2m", 120.f}, {"5 min", 300.f}, {"1h", 3600.f}};
+    for (const auto& [text, seconds] : times)
+        EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--time-budget", text}).timeBudget, seconds) << text;
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--error-target", "2%"}).errorTarget, 0.02f);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--error-target", "0.02"}).errorTarget, 0.02f);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--error-target", "2%"}).effectiveBatches(), 8u);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr"}).effectiveBatches(), 0u);
+    EXPECT_EQ(parse({"compare", "s", "--param", "p", "-o", "d", "--time", "1min"}).time, 60.f);
+}
+
 TEST(Options, NegativeNumbersAreValues) {
     EXPECT_FLOAT_EQ(parse({"view", "a.exr", "-o", "a.png", "--exposure", "-1.5"}).exposure, -1.5f);
 }
@@ -122,6 +149,21 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--steps", "0"},
         {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--total-variation", "nan"},
         {"view", "a.exr", "-o", "a.png", "--exposure", "inf"},
+        {"render", "s", "-o", "a.exr", "--error-target", "0"},
+        {"render", "s", "-o", "a.exr", "--error-target", "small"},
+        {"render", "s", "-o", "a.exr", "--error-target", "1%", "--spp", "7"}, // fewer than batches
+        {"render", "s", "-o", "a.exr", "--error-target", "1%", "--layers", "l.exr"},
+        {"render", "s", "-o", "a.exr", "--time-budget", "soon"},
+        {"render", "s", "-o", "a.exr", "--time-budget", "-1s"},
+        {"render", "s", "-o", "a.exr", "--batches", "4"},
+        {"render", "s", "-o", "a.exr", "--batches", "8", "--spp", "20"},
+        {"render", "s", "-o", "a.exr", "--guide-share", "1"},
+        {"render", "s", "-o", "a.exr", "--cell-records", "0"},
+        {"render", "s", "-o", "a.exr", "--quality", "best"},
+        {"gradient", "s", "--param", "p", "--check", "--time-budget", "5s"},
+        {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--batches", "8"}, // errors of steps have theirs
+        {"tradeoff", "s", "-o", "d"}, // no --param
+        {"tradeoff", "s", "--param", "p"},
         {"render", "s", "-o", "a.exr", "view", "a.exr"},
     };
     for (const auto& arguments : wrong) {
@@ -209,6 +251,10 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
          "--total-variation",
          "0.001"},
         {"view", "/a.exr", "-o", "a.png", "--signed", "--exposure", "0.1", "--scale", "1e-5"},
+        {"render", "/s.gltf", "-o", "a.exr", "--quality", "accurate", "--train", "2", "--train-spp", "3", "--guide-share", "0.25", "--cell-records", "100",
+         "--direction-share", "0.02", "--forgetting", "0.5", "--roulette-effort", "2", "--error-target", "3%", "--batches", "16", "--spp", "640"},
+        {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "/t.exr", "--time-budget", "2min", "--stop-after", "3", "--error-target", "0.5"},
+        {"tradeoff", "/s.gltf", "-o", "d", "--param", "p", "--direction", "self", "--time", "1h", "--seeds", "2"},
         {"guide", "/a.guide", "--validate", "--csv", "--cell", "3", "--weights", "1,2"},
     };
     for (const auto& arguments : runs) {
