@@ -12,7 +12,7 @@ struct CompareMethod {
     std::string name; // as given
     Options options;  // those of the comparison, and what the method changes in them
 
-    bool needsGuide() const { return options.sampling != Sampling::Bsdf || options.roulette; }
+    bool learns() const { return options.sampling != Sampling::Bsdf || options.roulette; }
     std::string describe() const; // in words
 };
 

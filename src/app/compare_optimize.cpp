@@ -21,8 +21,8 @@ class Run {
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
           passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, {subject.view}, subject.options.freeze.value_or(~0u)) {
         renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
-        passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.needsGuide());
-        passes_.setLearning(method.needsGuide());
+        passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.learns());
+        passes_.setLearning(method.learns());
         config.targets = {subject.target};
         optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);
         curve_.push_back({0, 0, meanSquaredParameterError(values(), subject.truth)});

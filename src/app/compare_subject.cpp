@@ -88,7 +88,7 @@ std::size_t CompareSubject::parameterEntries() const {
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
     RenderConfig config = renderConfig(method.options, subject.scene, subject.parameters);
-    config.guiding = method.needsGuide();
+    config.guiding = method.learns() || method.options.positivize;
     return config;
 }
 
@@ -120,7 +120,7 @@ void MethodRenderer::train(CompareMode mode, std::uint32_t turn) {
     const std::uint32_t count = method_.options.effectiveTrain(), spp = method_.options.effectiveTrainSpp();
     const std::uint64_t seed = subject_.seed() + turn;
     const Stopwatch watch;
-    if (method_.needsGuide() && count > 0) {
+    if (method_.learns() && count > 0) {
         if (subject_.steps)
             passes_.trainRender(subject_.view, spp, count, seed);
         if (mode == CompareMode::Forward)

@@ -14,7 +14,7 @@
 namespace cmpg {
 namespace {
 
-constexpr double kWidth = 980, kHeight = 560, kLeft = 76, kRight = 620, kTop = 44, kBottom = 500, kRow = 12.5;
+constexpr double kWidth = 1160, kHeight = 560, kLeft = 76, kRight = 620, kTop = 44, kBottom = 500, kRow = 12.5;
 
 // What a plot is drawn with. Colours are "#rrggbb".
 class Surface {

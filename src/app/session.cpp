@@ -61,9 +61,9 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.lightSampling = !options.noLightSampling;
     config.allFeatures = options.allFeatures;
     config.memoryBudget = options.memory << 20;
-    config.guiding = usesGuide(options);
-    config.learning = config.guiding && options.command == Command::Optimize;
-    config.roulette = config.guiding && options.roulette && options.isReverse();
+    config.guiding = usesGuide(options) || options.positivize; // the sign of a half travels with the guide's figures
+    config.learning = usesGuide(options) && options.command == Command::Optimize;
+    config.roulette = usesGuide(options) && options.roulette && options.isReverse();
     config.guideMemory = options.guideMemory << 20;
     config.guide.cellRecords = options.cellRecords;
     config.guide.directionShare = double(options.directionShare);

@@ -37,7 +37,7 @@ Uncertain gainOf(const GradientResult& result, const GradientResult& first) {
 }
 
 SettingResult summarise(const Setting& setting, const GradientResult& result, const GradientResult& first, const Stage& stage) {
-    SettingResult r{setting, result.statistics.passes(), result.secondsPerPass(), 0, result.relativeVariance, result.bias, gainOf(result, first), stage.chosen};
+    SettingResult r{setting, result.statistics.passes(), result.secondsPerPass(), 0, result.relativeVariance, result.bias, 0, gainOf(result, first), stage.chosen};
     r.trainSeconds = stage.trainSeconds / std::max(1u, stage.trainings);
     const double n = double(result.turns.size());
     double mean = 0, spread = 0;
@@ -50,11 +50,19 @@ SettingResult summarise(const Setting& setting, const GradientResult& result, co
     return r;
 }
 
+double ownBias(const Bias& bias) {
+    return bias.verdict == Bias::Verdict::Biased ? std::max({0.0, bias.squared, bias.along * bias.along}) : 0;
+}
+
+// Most settings change nothing but the noise: what their biases seem to differ by is noise too.
+bool sameBias(const Bias& a, const Bias& b) {
+    constexpr double kFar = 2; // of the joint 95 % interval
+    return std::abs(a.along - b.along) <= kFar * std::hypot(a.interval, b.interval);
+}
+
 } // namespace
 
-double SettingResult::squaredBias() const { return bias.verdict == Bias::Verdict::Biased ? std::max({0.0, bias.squared, bias.along * bias.along}) : 0; }
-
-double SettingResult::errorAfter(double seconds) const { return std::sqrt(relativeVariance.value * secondsPerPass / seconds + squaredBias()); }
+double SettingResult::errorAfter(double seconds) const { return std::sqrt(relativeVariance.value * secondsPerPass / seconds + squaredBias); }
 
 TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, const std::vector<Setting>& settings, const TradeoffBudget& budget,
                                     std::optional<Reference> given, Report& report, const std::function<void(const std::string&)>& progress) {
@@ -90,7 +98,9 @@ TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, con
     GradientComparison comparison = compareGradients(contestants, entries, compare, std::move(given), progress);
     TradeoffMeasurement measurement;
     for (std::size_t i = 0; i < settings.size(); ++i) {
-        measurement.results.push_back(summarise(settings[i], comparison.results[i], comparison.results.front(), stages[i]));
+        SettingResult& r = measurement.results.emplace_back(summarise(settings[i], comparison.results[i], comparison.results.front(), stages[i]));
+        const bool alike = depthOf(settings[i]) == depthOf(settings.front()) && sameBias(r.bias, measurement.results.front().bias);
+        r.squaredBias = ownBias(alike ? measurement.results.front().bias : r.bias);
         report.seconds.gradient += comparison.results[i].seconds;
         report.seconds.guide += stages[i].trainSeconds;
     }
@@ -104,7 +114,9 @@ std::vector<std::size_t> frontier(const std::vector<SettingResult>& results) {
     for (std::size_t i = 0; i < results.size(); ++i)
         if (std::isfinite(results[i].errorOfPass()))
             order.push_back(i);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return results[a].secondsPerPass < results[b].secondsPerPass; });
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return std::pair(results[a].secondsPerPass, results[a].errorOfPass()) < std::pair(results[b].secondsPerPass, results[b].errorOfPass());
+    });
     std::vector<std::size_t> best;
     for (const std::size_t i : order)
         if (best.empty() || results[i].errorOfPass() < results[best.back()].errorOfPass())
@@ -113,7 +125,7 @@ std::vector<std::size_t> frontier(const std::vector<SettingResult>& results) {
 }
 
 double advantage(const SettingResult& result, const SettingResult& first, double seconds) {
-    const double goal = std::pow(first.errorAfter(seconds), 2) - result.squaredBias();
+    const double goal = std::pow(first.errorAfter(seconds), 2) - result.squaredBias;
     return goal > 0 ? seconds * goal / (result.relativeVariance.value * result.secondsPerPass) : 0;
 }
 

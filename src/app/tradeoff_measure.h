@@ -12,10 +12,10 @@ struct SettingResult {
     double secondsPerPass = 0, trainSeconds = 0; // of one training
     Uncertain relativeVariance;                  // of one pass, over |reference|^2; the error is over the turns
     Bias bias;
+    double squaredBias = 0; // relative; 0 where none was seen, that of the first setting where nothing tells them apart
     Uncertain gain;     // of efficiency, 1 / (variance x seconds), over that of the first setting; the error is that of its logarithm
     std::string chosen; // by auto and the gate of the roulette, in the last turn
 
-    double squaredBias() const; // relative; 0 where none was seen
     double errorOfPass() const { return errorAfter(secondsPerPass); }
     // Relative, of the mean of as many passes as fit.
     double errorAfter(double seconds) const;

@@ -14,7 +14,7 @@
 namespace cmpg {
 namespace {
 
-std::string percent(double fraction, const char* format = "%.2g %%") {
+std::string percent(double fraction, const char* format = "%.3g %%") {
     char text[32];
     std::snprintf(text, sizeof text, format, 100 * fraction);
     return std::isfinite(fraction) ? text : "-";
@@ -103,7 +103,7 @@ std::vector<std::string> costs(const TradeoffReport& report) {
     std::vector<std::string> lines;
     const auto add = [&](const std::string& what, double times, const std::string& how) {
         char text[96];
-        std::snprintf(text, sizeof text, "%.2g times the time", times);
+        std::snprintf(text, sizeof text, "%.3g times the time", times);
         lines.push_back(what + ": " + (times > 0 ? text : "the error is never reached") + how);
     };
     if (report.combined.size() > 1) {
@@ -208,7 +208,7 @@ ParetoPlot tradeoffPlot(const TradeoffReport& report) {
         const auto index = std::size_t(found - groups.begin());
         if (found == groups.end())
             groups.push_back(group);
-        plot.points.push_back({r.setting.name(), r.secondsPerPass, r.errorOfPass(), index, r.squaredBias() > 0});
+        plot.points.push_back({r.setting.name(), r.secondsPerPass, r.errorOfPass(), index, r.squaredBias > 0});
     }
     plot.frontier = frontier(shown);
     return plot;

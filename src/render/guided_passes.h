@@ -34,7 +34,7 @@ struct GuidedState {
 
 class GuidedPasses {
   public:
-    // The renderer must have been made with RenderConfig::guiding unless the options need no guide (Bsdf, no roulette).
+    // The renderer must have been made with RenderConfig::guiding unless the options need no guide (Bsdf, no roulette, not positivized).
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 

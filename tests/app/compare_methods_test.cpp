@@ -15,7 +15,7 @@ TEST(CompareMethods, NamesStandForOptions) {
         const CompareMethod method = one(name);
         EXPECT_EQ(method.options.sampling, Sampling::Bsdf);
         EXPECT_EQ(method.options.pixelSampling, PixelSampling::Uniform);
-        EXPECT_FALSE(method.options.roulette || method.options.positivize || method.needsGuide());
+        EXPECT_FALSE(method.options.roulette || method.options.positivize || method.learns());
         EXPECT_FALSE(method.options.noLightSampling);
     }
     const std::pair<const char*, Sampling> kinds[] = {{"primal", Sampling::Primal},
@@ -27,7 +27,7 @@ TEST(CompareMethods, NamesStandForOptions) {
         EXPECT_EQ(method.options.sampling, kind);
         EXPECT_EQ(method.options.pixelSampling, PixelSampling::Uniform);
         EXPECT_FALSE(method.options.roulette);
-        EXPECT_TRUE(method.needsGuide());
+        EXPECT_TRUE(method.learns());
     }
     for (const char* name : {"ours", "auto"}) {
         const CompareMethod method = one(name);
@@ -48,7 +48,7 @@ TEST(CompareMethods, PartsChangeOneThingEach) {
     EXPECT_EQ(bare.options.sampling, Sampling::Auto);
     EXPECT_EQ(bare.options.pixelSampling, PixelSampling::Uniform);
     EXPECT_FALSE(bare.options.roulette);
-    EXPECT_TRUE(one("plain+roulette").needsGuide());
+    EXPECT_TRUE(one("plain+roulette").learns());
     Options base;
     base.noLightSampling = true;
     base.sampler = Sampler::Independent;

@@ -117,6 +117,23 @@ TEST(ProgramGradient, DirectionsAreLinear) {
     EXPECT_LE(fileError, 1e-5 * largest);
 }
 
+// Halves for the two signs add up to the whole, also where nothing is guided.
+TEST(ProgramGradient, PositivizedIsTheSame) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> common = {"gradient", kBox, "--param", kPainting, "--direction", "self", "--spp", "64", "--sampling", "bsdf", "-o"};
+    double sums[2]{};
+    for (const bool positivized : {false, true}) {
+        std::vector<std::string> arguments = common;
+        arguments.push_back(folder / "a.exr");
+        if (positivized)
+            arguments.emplace_back("--positivize");
+        run(arguments);
+        for (const float v : readImage(folder / "a.exr").image.values)
+            sums[positivized] += double(v);
+    }
+    EXPECT_NEAR(sums[1] / sums[0], 1, 0.1); // the noise of 64 samples is 2 %; each half taken for the whole would give 2
+}
+
 TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
     const test::TemporaryFolder folder;
     run({"render", kBox, "-o", folder / "t.exr", "--spp", "4"});

@@ -62,7 +62,7 @@ TEST(TradeoffKnobs, LeavesOutWhatNothingDependsOn) {
 }
 
 TEST(TradeoffKnobs, CombineInPairs) {
-    const std::vector<KnobChange> best = {{"max-depth", 4}, {"guide-share", 0.75}, {"no-nee", true}};
+    const std::vector<KnobChange> best = {{"max-depth", 4u}, {"guide-share", 0.75}, {"no-nee", true}};
     const std::vector<Setting> settings = combinedSettings(tradeoffOptions(), best);
     ASSERT_EQ(settings.size(), 4u);
     EXPECT_EQ(settings[0].name(), "--max-depth 4 --guide-share 0.75");
@@ -83,6 +83,7 @@ SettingResult result(const std::vector<KnobChange>& changes, double seconds, dou
     r.bias.interval = 0.001;
     if (bias != 0)
         r.bias.verdict = Bias::Verdict::Biased;
+    r.squaredBias = bias * bias;
     r.gain = {1 / (seconds * variance), 0.1};
     r.passes = 10;
     return r;
@@ -90,8 +91,8 @@ SettingResult result(const std::vector<KnobChange>& changes, double seconds, dou
 
 // The defaults take a second for a variance of 1.
 std::vector<SettingResult> results() {
-    return {result({}, 1, 1), result({{"max-depth", 4}}, 0.5, 1, 0.05), result({{"guide-share", 0.75}}, 1, 0.5),
-            result({{"guide-share", 0.25}}, 1, 0.8), result({{"sampler", "independent"}}, 1.2, 4), result({{"spp-gradient", 16}}, 3, 0.3)};
+    return {result({}, 1, 1), result({{"max-depth", 4u}}, 0.5, 1, 0.05), result({{"guide-share", 0.75}}, 1, 0.5),
+            result({{"guide-share", 0.25}}, 1, 0.8), result({{"sampler", "independent"}}, 1.2, 4), result({{"spp-gradient", 16u}}, 3, 0.3)};
 }
 
 TEST(Tradeoff, FrontierIsWhatNothingBeats) {
@@ -119,16 +120,16 @@ TEST(Tradeoff, BiasCountsForMoreTheLongerARunIs) {
 TEST(Tradeoff, ReportsSayWhatIsMissed) {
     TradeoffReport report;
     report.singles = results();
-    report.combined = {result({}, 1, 1), result({{"max-depth", 4}}, 0.5, 1), result({{"guide-share", 0.75}}, 1, 0.5),
-                       result({{"max-depth", 4}, {"guide-share", 0.75}}, 0.5, 0.4)};
+    report.combined = {result({}, 1, 1), result({{"max-depth", 4u}}, 0.5, 1), result({{"guide-share", 0.75}}, 1, 0.5),
+                       result({{"max-depth", 4u}, {"guide-share", 0.75}}, 0.5, 0.4)};
     report.reference.reference.values = {1};
     const std::string csv = tradeoffCsv(report);
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 6 + 4);
     EXPECT_EQ(csv.rfind(kTradeoffColumns, 0), 0u);
     const std::string text = tradeoffMarkdown(report);
-    EXPECT_NE(text.find("--guide-share 0.75: 2.50 times the time when left out"), std::string::npos) << text; // 5 against 2
-    EXPECT_NE(text.find("--max-depth 4: 2.50 times the time when left out"), std::string::npos) << text;
-    EXPECT_NE(text.find("the default of --sampler: 4.80 times the time with the best other value"), std::string::npos) << text;
+    EXPECT_NE(text.find("--guide-share 0.75: 2.5 times the time when left out"), std::string::npos) << text; // 5 against 2
+    EXPECT_NE(text.find("--max-depth 4: 2.5 times the time when left out"), std::string::npos) << text;
+    EXPECT_NE(text.find("the default of --sampler: 4.8 times the time with the best other value"), std::string::npos) << text;
     const ParetoPlot plot = tradeoffPlot(report);
     EXPECT_EQ(plot.points.size(), 7u); // single changes are there once
     const std::string svg = plot.svg();
