@@ -237,6 +237,22 @@ TEST(Kernel, WarmUpTouchesNothing) {
     EXPECT_TRUE(device.kernelTimes().empty());
 }
 
+TEST(Kernel, IsKeptForOthersOnceAskedFor) {
+    Device device{Device::Options{}};
+    const Kernel before(device, "prepare_dispatch");
+    device.keepKernels();
+    const Kernel::Impl* kept = nullptr;
+    {
+        const Kernel first(device, "prepare_dispatch"), second(device, "prepare_dispatch");
+        kept = first.impl();
+        EXPECT_EQ(second.impl(), kept);
+        EXPECT_NE(before.impl(), kept);
+    }
+    EXPECT_EQ(Kernel(device, "prepare_dispatch").impl(), kept); // outlives the kernels that used it
+    const std::uint32_t constants[] = {1};
+    EXPECT_NE(Kernel(device, "prepare_dispatch", constants).impl(), kept);
+}
+
 TEST(Kernel, UnknownNameIsRefused) { EXPECT_THROW(Kernel(test::device(), "no_such_kernel"), std::logic_error); }
 
 } // namespace
