@@ -94,13 +94,13 @@ TEST(BudgetCalibration, FullImageOfHardLight) { expectCalibrated(Estimator("door
 
 TEST(BudgetCalibration, FullGradient) {
     const Image weights = adjoint();
-    expectCalibrated(Estimator("box", "painting.baseColor").gradient(weights), 0.05);
+    expectCalibrated(Estimator("box", "painting.baseColor").gradient(weights), 0.2);
 }
 
 // Three numbers, whose errors go together.
 TEST(BudgetCalibration, FullGradientOfAConstant) {
     const Image weights = adjoint();
-    expectCalibrated(Estimator("box", "white.baseColor").gradient(weights), 0.005);
+    expectCalibrated(Estimator("box", "white.baseColor").gradient(weights), 0.02);
 }
 
 } // namespace
