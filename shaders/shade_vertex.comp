@@ -15,6 +15,7 @@
 #include "scene/alpha_mask.glsl"
 #include "scene/environment.glsl"
 #include "scene/lights.glsl"
+#include "scene/light_choice.glsl"
 #include "scene/tape_planes.glsl"
 #define CMPG_GUIDE_DIRECTIONS
 #include "scene/guide_lookup.glsl"
@@ -110,17 +111,19 @@ void shadeEscaped(uint slot, Ray ray) {
 }
 
 // The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
-bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, GuidePoint g, vec3 wo, vec3 u,
+bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, GuidePoint g, vec3 wo, vec4 u,
                   OUT(vec3) direct, OUT(LightSample) light) {
     direct = vec3(0);
-    light = sampleLight(scene, p.position, u);
+    const LightChoice choice = chooseLightSample(scene, p.position, sampling.normal, u);
+    light = sampleLight(scene, p.position, choice.u);
+    if (choice.weight == 0.0) light.density = 0.0;
     bool wanted = false;
     vec3 factor = vec3(0); // N_i / L_e
     SlotDerivatives d = noSlotDerivatives();
     vec3 radiance = vec3(0);
     if (light.density > 0.0) {
         const float weight = light.extended ? misWeight(light.density, mixtureDensity(g, sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
-        const float scale = weight / light.density;
+        const float scale = choice.weight * weight / light.density;
         radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         if (kDiffSurface && differentiated)
             factor = scale * scatterDerivatives(p, value, wo, light.direction, d);
@@ -188,7 +191,7 @@ void main() {
         const uvec2 path = paths[ray.path];
         const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
-            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, g, wo, sampleSet(key, kSetLight).xyz, v.direct, light);
+            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, light);
         else if (kDiffSurface && differentiated)
             tapeSlotDerivatives(slot, 1, noSlotDerivatives());
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));

@@ -29,7 +29,8 @@ CMPG_CONST kFeatureRecord = 21; // vertices leave records for the guide
 CMPG_CONST kFeatureRoulette = 22; // paths end and split by what the guide expects of them
 CMPG_CONST kFeatureMeasure = 23; // the second moment of the paths' contributions is measured, reverse mode
 CMPG_CONST kFeatureSigned = 24; // positivization: derivative terms of one sign only
-CMPG_CONST kFeatureCount = 25;
+CMPG_CONST kFeatureLightCandidates = 25; // light samples of which one is taken; 1: nothing to choose from
+CMPG_CONST kFeatureCount = 26;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU

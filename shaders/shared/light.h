@@ -15,11 +15,11 @@ struct GpuLight {
     uint triangle; // in BVH order; emissive triangles only
     float probability; // of being selected
     float cumulative; // sum of the probabilities up to and including this one; exactly 1 for the last
-    vec3 position;
-    float range; // 0 = unlimited
-    vec3 direction; // the light travels along it
-    float innerCos;
-    vec3 intensity;
+    vec3 position; // emissive triangles: the first corner
+    float range; // 0 = unlimited. Directional lights and the environment: 1 / area of a disc as wide as the scene
+    vec3 direction; // the light travels along it. Emissive triangles: from the first to the second corner
+    float innerCos; // spots. The environment: 1 / power of all lights
+    vec3 intensity; // emissive triangles: from the first to the third corner
     float outerCos;
 };
 CMPG_CONST kLightTexels = 4;

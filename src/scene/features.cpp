@@ -17,6 +17,7 @@ double meanIntensity(const PunctualLight& light) { return (double(light.intensit
 
 namespace {
 
+constexpr std::uint32_t kLightCandidates = 8, kEnvironmentCandidates = 4; // a direction of the environment is dearer
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 
 struct Analysis {
@@ -101,8 +102,9 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
     a.addGeometry();
     a.f.environment = scene.environment && a.matters(scene.environment->parameter);
     a.f.environmentLight = a.f.environment && request.lightSampling;
-    a.f.punctualLights = request.lightSampling && std::any_of(scene.lights.begin(), scene.lights.end(),
-                                                              [](const PunctualLight& l) { return meanIntensity(l) > 0; });
+    const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
+    a.f.punctualLights = request.lightSampling && shining > 0;
+    a.f.lightCandidates = a.f.environmentLight ? kEnvironmentCandidates : a.f.triangleLights || shining > 1 ? kLightCandidates : 1;
     a.f.guiding = request.guiding;
     a.f.roulette = request.guiding && !request.differentiable.empty();
     if (request.everything)
@@ -137,6 +139,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureRoulette] = pass.roulette;
     c[gpu::kFeatureMeasure] = pass.measure;
     c[gpu::kFeatureSigned] = pass.oneSign;
+    c[gpu::kFeatureLightCandidates] = lightCandidates;
     return c;
 }
 
@@ -178,6 +181,7 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"sampling of emissive triangles", text(triangleLights)},
         {"sampling of punctual lights", text(punctualLights)},
         {"sampling of the environment", text(environmentLight)},
+        {"candidates of a light sample", std::to_string(lightCandidates)},
         {"guided directions", text(guiding)},
         {"roulette and splitting", text(roulette)},
     };

@@ -21,6 +21,7 @@ struct FeatureSet {
     bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false;
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled
+    std::uint32_t lightCandidates = 1;                                             // per light sample; the scene decides, whatever else is on
     std::uint32_t differentiated = 0; // bit per SlotKind
     bool guiding = false, roulette = false; // some pass may use them
     bool everything = false;                // every pass does

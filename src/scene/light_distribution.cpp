@@ -109,6 +109,10 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         gpu::GpuLight light{};
         light.kind = gpu::kLightTriangle;
         light.triangle = i;
+        const glm::dvec3 corner = g.positions[t.vertices[0]];
+        light.position = glm::vec3(corner);
+        light.direction = glm::vec3(glm::dvec3(g.positions[t.vertices[1]]) - corner);
+        light.intensity = glm::vec3(glm::dvec3(g.positions[t.vertices[2]]) - corner);
         const double a = area(g, t);
         emissive.emplace_back(std::uint32_t(result.lights.size()), a);
         result.lights.push_back(light);
@@ -147,6 +151,7 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
             break;
         case PunctualLight::Kind::Directional:
             light.kind = gpu::kLightDirectional;
+            light.range = float(1 / disc);
             powers.push_back(disc * i);
             break;
         }
@@ -167,8 +172,12 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         result.lights[i].cumulative = c;
         result.lights[i].probability = c - (i > 0 ? result.lights[i - 1].cumulative : 0.0f);
     });
-    if (!result.lights.empty() && result.lights.back().kind == gpu::kLightEnvironment)
-        result.environmentProbability = result.lights.back().probability;
+    if (!result.lights.empty() && result.lights.back().kind == gpu::kLightEnvironment) {
+        gpu::GpuLight& environment = result.lights.back();
+        result.environmentProbability = environment.probability;
+        environment.range = float(1 / disc);
+        environment.innerCos = float(double(environment.probability) / powers.back());
+    }
     if (!emissive.empty()) {
         result.triangleDensity.assign(bvh.order.size(), 0.0f);
         for (const auto& [entry, a] : emissive)

@@ -1,0 +1,68 @@
+// Which of several light samples to take: resampled importance sampling (Talbot, Cline and Egbert 2005).
+// Expects what scene/lights.glsl expects.
+
+struct LightChoice {
+    vec3 u; // the numbers of the sample chosen, for sampleLight()
+    float weight; // on the sample's estimate: keeps the expectation that a single sample would have
+};
+
+// What a light sample brings to a white diffuse surface without shadow, divided by its density, up to a factor that all share. Lights are
+// selected by power, so their radiance cancels; what is left is where they are and how they are turned.
+float expectedLight(SceneInfo scene, vec3 position, vec3 normal, vec3 u) {
+    const uint light = selectLight(scene.lights, u.x) * kLightTexels;
+    const uint kind = lightTexel(light).x;
+    const vec4 where = uintBitsToFloat(lightTexel(light + 1)), along = uintBitsToFloat(lightTexel(light + 2)), extent = uintBitsToFloat(lightTexel(light + 3));
+    vec3 direction = vec3(0);
+    float brought = 0.0; // per power
+    if (kTriangleLights && kind == kLightTriangle) {
+        const vec2 b = sampleTriangle(u.yz);
+        const vec3 offset = where.xyz + b.x * along.xyz + b.y * extent.xyz - position;
+        const float distance2 = max(dot(offset, offset), 1e-30);
+        direction = offset * inversesqrt(distance2);
+        const vec3 front = cross(along.xyz, extent.xyz);
+        brought = max(0.0, -dot(front, direction)) * inversesqrt(max(dot(front, front), 1e-30)) / (kPi * distance2);
+    } else if (kEnvironmentLight && kind == kLightEnvironment) {
+        vec2 uv;
+        float density;
+        direction = sampleEnvironment(scene.environment, u.yz, uv, density);
+        // Between texel centres the radiance is not what its cell is sampled by. A tenth goes by that all the same: a texel may be dark and
+        // differentiated.
+        const vec3 radiance = environmentRadiance(scene.environment, uv, 0);
+        brought = 0.1 * where.w + (density > 0.0 ? 0.9 * along.w * (radiance.x + radiance.y + radiance.z) / (3.0 * density) : 0.0);
+    } else if (kPunctualLights && kind == kLightDirectional) {
+        direction = -along.xyz;
+        brought = where.w;
+    } else if (kPunctualLights) {
+        const vec3 offset = where.xyz - position;
+        const float distance2 = dot(offset, offset);
+        direction = offset * inversesqrt(max(distance2, 1e-30));
+        brought = distanceFalloff(distance2, where.w) / (4.0 * kPi);
+        if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
+    }
+    // Where values are offset from those that sampling goes by, another side of the surface may be lit.
+    return brought * max(dot(normal, direction), kFrozen ? 0.02 : 0.0);
+}
+
+// `normal` faces where the path came from. u.w: which one is taken.
+LightChoice chooseLightSample(SceneInfo scene, vec3 position, vec3 normal, vec4 u) {
+    // Steps of an additive sequence that fills the cube evenly: every candidate is distributed as the first one is.
+    const vec3 step = vec3(0.8191725134, 0.6710436067, 0.5497004779);
+    LightChoice choice = LightChoice(u.xyz, 1.0);
+    if (kLightCandidates == 1) return choice;
+    float total = 0.0, chosen = 0.0, remaining = u.w;
+    for (uint i = 0; i < kLightCandidates; ++i) {
+        const vec3 candidate = fract(u.xyz + float(i) * step);
+        const float expected = expectedLight(scene, position, normal, candidate);
+        total += expected;
+        const float share = total > 0.0 ? expected / total : 0.0;
+        if (remaining < share) {
+            choice.u = candidate;
+            chosen = expected;
+            remaining /= share;
+        } else {
+            remaining = (remaining - share) / max(1.0 - share, 1e-20);
+        }
+    }
+    choice.weight = chosen > 0.0 ? total / (float(kLightCandidates) * chosen) : 0.0;
+    return choice;
+}

@@ -1,0 +1,91 @@
+// Light samples chosen among several: as bright as lights one by one, which leave nothing to choose, and steadier. Seeds are fixed.
+#include "support/render_fixture.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace cmpg::test {
+namespace {
+
+constexpr int kEdge = 16;
+constexpr std::uint32_t kSpp = 16, kPasses = 16;
+
+PunctualLight light(PunctualLight::Kind kind, glm::vec3 position, glm::vec3 intensity) {
+    PunctualLight l;
+    l.kind = kind;
+    l.position = position;
+    l.direction = glm::normalize(glm::vec3(0.2f, -1, -0.1f));
+    l.intensity = intensity;
+    return l;
+}
+
+// The box without its lamp, under these lights; light that has met two surfaces.
+Bench lit(const std::vector<PunctualLight>& lights) {
+    Scene scene = bundledScene("box");
+    for (const Material& m : scene.materials) {
+        Parameter& emission = scene.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
+        std::fill(emission.values.begin(), emission.values.end(), 0.0f);
+    }
+    scene.lights = lights;
+    RenderConfig config;
+    config.maxDepth = 3;
+    return Bench(std::move(scene), {"white.baseColor"}, config);
+}
+
+struct Means {
+    MeanError image, derivative;
+};
+
+Means means(Bench& b) {
+    const View view = viewOf(b.scene, kEdge, kEdge);
+    std::vector<double> image, derivative;
+    for (std::uint32_t i = 0; i < kPasses; ++i) {
+        image.push_back(meanOf(b.renderer->render(view, kSpp, {40 + i, 0, 0})));
+        derivative.push_back(meanOf(b.renderer->forward(view, kSpp, {40 + i, 0, 1}, b.config.differentiable, b.ones())));
+    }
+    return {statistics(image), statistics(derivative)};
+}
+
+TEST(LightChoice, SeveralLightsAreAsBrightAsOneByOne) {
+    std::vector<PunctualLight> lights = {light(PunctualLight::Kind::Point, {0.5f, 0.3f, 0.2f}, glm::vec3(0.4f, 0.3f, 0.2f)),
+                                         light(PunctualLight::Kind::Point, {-0.6f, -0.7f, 0.3f}, glm::vec3(0.01f)),
+                                         light(PunctualLight::Kind::Spot, {-0.4f, 0.8f, 0.1f}, glm::vec3(0.5f, 1, 0.5f)),
+                                         light(PunctualLight::Kind::Directional, {}, glm::vec3(0.3f))};
+    lights[1].range = 2;
+    Bench all = lit(lights);
+    const Means together = means(all);
+    MeanError image, derivative;
+    for (const PunctualLight& l : lights) {
+        Bench alone = lit({l});
+        const Means m = means(alone);
+        image.mean += m.image.mean;
+        image.standardError = std::hypot(image.standardError, m.image.standardError);
+        derivative.mean += m.derivative.mean;
+        derivative.standardError = std::hypot(derivative.standardError, m.derivative.standardError);
+    }
+    // 4 standard errors: confidence 1 - 6e-5 each. The directional light alone stays outside a closed box.
+    const auto agree = [](const MeanError& a, const MeanError& b) {
+        EXPECT_GT(a.mean, 0);
+        EXPECT_LT(a.standardError, 0.02 * a.mean);
+        EXPECT_NEAR(a.mean, b.mean, 4 * std::hypot(a.standardError, b.standardError));
+    };
+    agree(together.image, image);
+    agree(together.derivative, derivative);
+}
+
+// A map and lamps: as bright as what directions alone find.
+TEST(LightChoice, MapsAndPanelsAreAsBrightAsWithoutLightSampling) {
+    for (const char* name : {"environment", "bowl"}) {
+        RenderConfig with, without;
+        with.maxDepth = without.maxDepth = 3;
+        without.lightSampling = false;
+        Bench chosen(bundledScene(name), {"*.baseColor"}, with), found(bundledScene(name), {"*.baseColor"}, without);
+        const Means a = means(chosen), b = means(found);
+        EXPECT_NEAR(a.image.mean, b.image.mean, 4 * std::hypot(a.image.standardError, b.image.standardError)) << name;
+        EXPECT_NEAR(a.derivative.mean, b.derivative.mean, 4 * std::hypot(a.derivative.standardError, b.derivative.standardError)) << name;
+        EXPECT_LT(a.image.standardError, b.image.standardError) << name;
+    }
+}
+
+} // namespace
+} // namespace cmpg::test
