@@ -118,17 +118,22 @@ void validateOpen(const Options& o) {
     validateSteps(o);
 }
 
-void validateCompare(const Options& o) {
+// What commands that measure a pass or a step have in common.
+void validateMeasurement(const Options& o, const std::string& command) {
     if (o.param.empty())
-        refuse("compare needs --param", "'inspect SCENE' lists the parameters");
+        refuse(command + " needs --param", "'inspect SCENE' lists the parameters");
     if (o.output.empty())
-        refuse("compare needs -o FOLDER");
+        refuse(command + " needs -o FOLDER");
     if (!o.adjoint.empty() && !o.target.empty())
         refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
     if (o.target.size() > 1)
-        refuse("compare takes one --target");
+        refuse(command + " takes one --target");
     if (o.time)
         requireFinite(*o.time, "--time", 1e-3f, 1e7f);
+}
+
+void validateCompare(const Options& o) {
+    validateMeasurement(o, "compare");
     if (o.referenceTime)
         requireFinite(*o.referenceTime, "--reference-time", 1e-3f, 1e7f);
     requirePositive(o.seeds, "--seeds", 1'000'000);
@@ -140,16 +145,7 @@ void validateCompare(const Options& o) {
 }
 
 void validateTradeoff(const Options& o) {
-    if (o.param.empty())
-        refuse("tradeoff needs --param", "'inspect SCENE' lists the parameters");
-    if (o.output.empty())
-        refuse("tradeoff needs -o FOLDER");
-    if (!o.adjoint.empty() && !o.target.empty())
-        refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
-    if (o.target.size() > 1)
-        refuse("tradeoff takes one --target");
-    if (o.time)
-        requireFinite(*o.time, "--time", 1e-3f, 1e7f);
+    validateMeasurement(o, "tradeoff");
     requirePositive(o.seeds, "--seeds", 1000);
 }
 

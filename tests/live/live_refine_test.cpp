@@ -2,6 +2,7 @@
 #include "live_fixture.h"
 
 #include "app/parameter_values.h"
+#include "app/session.h"
 #include "render/guided_passes.h"
 
 namespace cmpg::test {
@@ -16,13 +17,7 @@ struct Headless {
     explicit Headless(const Options& o) : options(o) {
         view = {&scene.cameras.front(), int(*options.width), int(*options.height)};
     }
-    Renderer renderer(std::vector<std::uint32_t> parameters) {
-        RenderConfig config;
-        config.differentiable = std::move(parameters);
-        config.maxDepth = *options.maxDepth;
-        config.guiding = options.train.has_value();
-        return Renderer(device, scene, config);
-    }
+    Renderer renderer(const std::vector<std::uint32_t>& parameters) { return Renderer(device, scene, renderConfig(options, scene, parameters)); }
 };
 
 TEST(LiveRefine, TheImageIsThatOfRender) {

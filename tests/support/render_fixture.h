@@ -40,6 +40,7 @@ struct Bench {
 
 struct MeanError {
     double mean = 0, standardError = 0;
+    std::size_t estimates = 0; // that the error was found from
 };
 
 // Mean of independent estimates and its standard error.
@@ -50,7 +51,7 @@ inline MeanError statistics(const std::vector<double>& estimates) {
     const double mean = sum / double(estimates.size());
     for (const double e : estimates)
         squares += (e - mean) * (e - mean);
-    return {mean, std::sqrt(squares / double(estimates.size() - 1) / double(estimates.size()))};
+    return {mean, std::sqrt(squares / double(estimates.size() - 1) / double(estimates.size())), estimates.size()};
 }
 
 inline double meanOf(const Image& image) {
