@@ -211,7 +211,7 @@ void main() {
         }
         if (kPrefixTangent) {
             tangent = prefix.tangent * v.weight;
-            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, kSigned ? guide.sign : 0);
+            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, kSigned ? batch.sign : 0);
         }
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }

@@ -39,7 +39,7 @@ void addParts(INOUT(DerivativeParts) parts, vec3 value) {
 // Positivization keeps the terms of one sign.
 vec3 wantedSign(vec3 value) {
     if (!kSigned) return value;
-    return guide.sign > 0 ? max(value, vec3(0)) : min(value, vec3(0));
+    return batch.sign > 0 ? max(value, vec3(0)) : min(value, vec3(0));
 }
 
 vec3 finiteDerivative(vec3 g) {

@@ -46,7 +46,6 @@ struct GuideInfo {
     float share; // of guided directions where the guide knows something
     vec2 primalScale, derivativeScale; // records are integers in units of 2^-k; x y = 2^k
     float reference; // roulette: expected derivative contribution of a camera path, adjoint included
-    int sign; // positivization: +1 or -1 keeps derivative terms of that sign; 0 keeps all
 };
 CMPG_CONST kGuideNone = 0; // nothing is drawn from the guide
 CMPG_CONST kGuidePrimal = 1;

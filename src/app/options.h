@@ -49,7 +49,7 @@ struct Options {
     std::uint64_t guideMemory = 64; // MiB
     float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
     std::uint32_t cellRecords = SdTreeConfig{}.cellRecords;
-    float directionShare = float(SdTreeConfig{}.directionShare), forgetting = float(SdTreeConfig{}.forgetting);
+    double directionShare = SdTreeConfig{}.directionShare, forgetting = SdTreeConfig{}.forgetting;
     std::optional<PixelSampling> pixelSampling; // default: adjoint
 
     // render, gradient and optimize: sample until that error or time is reached

@@ -21,10 +21,10 @@ void requirePositive(const std::optional<std::uint32_t>& value, const char* name
         refuse(std::string(name) + " must be from 1 to " + std::to_string(highest) + ", not " + std::to_string(*value));
 }
 
-void requireFinite(float value, const char* name, float lowest, float highest) {
+void requireFinite(double value, const char* name, double lowest, double highest) {
     if (!(value >= lowest && value <= highest)) {
         char range[64];
-        std::snprintf(range, sizeof range, " must be from %g to %g", double(lowest), double(highest));
+        std::snprintf(range, sizeof range, " must be from %g to %g", lowest, highest);
         refuse(name + std::string(range));
     }
 }
@@ -184,7 +184,7 @@ void validate(const Options& o) {
     requireFinite(o.guideShare, "--guide-share", 0, 0.95f); // materials must be able to draw what the guide never does
     if (o.cellRecords < 1 || o.cellRecords > (1u << 30))
         refuse("--cell-records must be from 1 to 1073741824");
-    requireFinite(o.directionShare, "--direction-share", 1e-4f, 1);
+    requireFinite(o.directionShare, "--direction-share", 1e-4, 1);
     requireFinite(o.forgetting, "--forgetting", 0, 1);
     requireFinite(o.rouletteEffort, "--roulette-effort", 0.01f, 100);
     requireFinite(o.targetExposure, "--target-exposure", -64, 64);

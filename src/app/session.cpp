@@ -61,13 +61,13 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.lightSampling = !options.noLightSampling;
     config.allFeatures = options.allFeatures;
     config.memoryBudget = options.memory << 20;
-    config.guiding = usesGuide(options) || options.positivize; // the sign of a half travels with the guide's figures
+    config.guiding = usesGuide(options);
     config.learning = usesGuide(options) && options.command == Command::Optimize;
     config.roulette = usesGuide(options) && options.roulette && options.isReverse();
     config.guideMemory = options.guideMemory << 20;
     config.guide.cellRecords = options.cellRecords;
-    config.guide.directionShare = double(options.directionShare);
-    config.guide.forgetting = double(options.forgetting);
+    config.guide.directionShare = options.directionShare;
+    config.guide.forgetting = options.forgetting;
     config.guideShare = options.guideShare;
     config.rouletteEffort = options.rouletteEffort;
     return config;

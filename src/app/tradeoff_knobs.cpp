@@ -25,12 +25,12 @@ std::vector<nlohmann::json> counts(std::uint32_t own, std::initializer_list<std:
     return values;
 }
 
-std::vector<nlohmann::json> fractions(float own, std::initializer_list<double> wanted) {
+std::vector<nlohmann::json> fractions(double own, std::initializer_list<double> wanted) {
     std::vector<nlohmann::json> values;
     for (const double v : wanted) {
         char text[32]; // in digits that people would write
         std::snprintf(text, sizeof text, "%.4g", v);
-        if (std::strtof(text, nullptr) != own)
+        if (std::strtof(text, nullptr) != float(own))
             values.emplace_back(std::strtod(text, nullptr));
     }
     return values;
@@ -65,7 +65,7 @@ std::vector<Knob> tradeoffKnobs(const Options& o, std::uint32_t sceneDepth) {
         {"sampling", others(kSamplings, o.sampling), "sampling of directions"},
         {"guide-share", fractions(o.guideShare, {0.25, 0.5, 0.75}), "share of guided directions", Needs::Guide},
         {"cell-records", counts(o.cellRecords, {o.cellRecords / 4, o.cellRecords * 4}), "records of a cell", Needs::Guide},
-        {"direction-share", fractions(o.directionShare, {double(o.directionShare) / 4, double(o.directionShare) * 4}), "share of a quadrant",
+        {"direction-share", fractions(o.directionShare, {o.directionShare / 4, o.directionShare * 4}), "share of a quadrant",
          Needs::Guide},
         {"forgetting", fractions(o.forgetting, {0.7, 0.9, 1.0}), "forgetting", Needs::Guide},
         {"train", counts(train, {train / 2, train * 2}), "learning passes", Needs::Guide},

@@ -62,7 +62,6 @@ void Guide::beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling
     info_.share = share_;
     // Adjoints on the device come divided by the samples. 0: every path goes on once.
     info_.reference = sampling.roulette && !tree.empty() ? float(rouletteEffort_ * sampling.reference / spp) : 0.0f;
-    info_.sign = sampling.sign;
     buffers.setInfo(info_);
 }
 

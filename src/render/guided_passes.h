@@ -34,7 +34,7 @@ struct GuidedState {
 
 class GuidedPasses {
   public:
-    // The renderer must have been made with RenderConfig::guiding unless the options need no guide (Bsdf, no roulette, not positivized).
+    // The renderer must have been made with RenderConfig::guiding unless the options need no guide (Bsdf and no roulette).
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 

@@ -2,11 +2,10 @@
 #include "render/renderer.h"
 
 #include "base/error.h"
-#include "render/batch_size.h"
 #include "render/guide.h"
 #include "render/moment_sum.h"
 #include "render/pass_batches.h"
-#include "render/wavefront.h"
+#include "render/pass_kernels.h"
 #include "vk/spirv_size.h"
 
 #include <algorithm>
@@ -44,13 +43,6 @@ struct Renderer::Impl {
     RenderConfig config;
     FeatureSet features;
     SceneBuffers buffers;
-    PoolNeeds needs;
-    std::unique_ptr<Pools> pools; // made for `needs`
-    struct Kernels {
-        Wavefront wavefront;
-        BatchSize batchSize; // where the time of a submission is bounded
-    };
-    std::map<FeatureSet::Pass, Kernels> kernels;
     Interaction interaction;
     bool countersOpen = false; // the device's counters hold what a pass that ended early left
     RenderStatistics statistics;
@@ -59,91 +51,43 @@ struct Renderer::Impl {
     // Paths of a batch whose copies find room in the pools, as the passes so far showed; at first a guess.
     std::uint32_t rouletteRoom = 1u << 14;
     std::optional<Guide> guide;
+    PassKernels kernels;
 
     Impl(Device& d, Scene& s, const RenderConfig& c)
         : device(d), scene(unpackSmallTextures(s)), config(c),
           // Nothing is scattered at the last segment, so with one no light is sampled.
           features(analyse(s, {c.differentiable, c.lightSampling && c.maxDepth > 1, c.guiding, c.allFeatures})),
-          buffers(d, s, features, c.differentiable, c.frozenEvaluation) {
-        needs.maxDepth = config.maxDepth;
-        needs.gradientEntries = buffers.gradientEntries();
-        needs.guide = needs.record = needs.measure = config.learning;
-        needs.roulette = config.roulette;
-        if (features.guiding)
-            guide.emplace(device, scene, config);
-    }
+          buffers(d, s, features, c.differentiable, c.frozenEvaluation),
+          guide(features.guiding ? std::optional<Guide>(std::in_place, d, s, config) : std::nullopt),
+          kernels(d, features, buffers, guideBuffers(), config) {}
 
     // Whether the guide has anything to draw from.
     bool learned() const { return guide && !guide->tree.empty(); }
 
-    // The kernels a pass needs.
-    FeatureSet::Pass kernelsOf(std::uint32_t mode, bool layers, const PassSampling& s, bool guideLearned) const {
-        FeatureSet::Pass pass;
-        pass.mode = mode;
-        pass.sobol = config.sampler == Sampler::Sobol;
-        pass.frozen = config.frozenEvaluation;
-        pass.layers = layers;
-        pass.maxDepth = config.maxDepth;
-        pass.threads = device.driverThreads();
-        if (!guide)
-            return pass;
-        pass.record = s.record;
-        pass.guided = features.everything || (s.kind != Sampling::Bsdf && guideLearned);
-        pass.roulette = mode == kModeReverse && (features.everything || (s.roulette && guideLearned));
-        pass.measure = (s.measure || s.record) && mode == kModeReverse;
-        pass.oneSign = s.sign != 0 && mode != kModeRender;
-        return pass;
-    }
-
-    void allocate(const FeatureSet::Pass& pass) {
-        PoolNeeds all = needs;
-        all.modes |= 1u << pass.mode;
-        all.layers |= pass.layers;
-        all.guide |= pass.guided || pass.record || pass.roulette;
-        all.record |= pass.record;
-        all.measure |= pass.measure;
-        all.roulette |= pass.roulette;
-        if (pools && all == needs)
-            return;
-        needs = all;
-        pools.reset();
-        pools = std::make_unique<Pools>(device, features, needs, config.memoryBudget);
-    }
-
-    Kernels& prepare(const FeatureSet::Pass& pass) {
-        allocate(pass);
-        const auto found = kernels.find(pass);
-        if (found != kernels.end())
-            return found->second;
-        if (interaction.compiling)
-            interaction.compiling(true);
-        Kernels made{Wavefront(device, features, pass), {}};
-        warmUp(device, made.wavefront.kernels(), made.wavefront.bindings(buffers, *pools, guideBuffers()).front());
-        if (interaction.compiling)
-            interaction.compiling(false);
-        return kernels.emplace(pass, std::move(made)).first->second;
-    }
+    Pools& pools() { return kernels.pools(); }
+    const Pools& pools() const { return kernels.pools(); }
+    PassKernels::Kernels& prepare(const FeatureSet::Pass& pass) { return kernels.prepare(pass, interaction.compiling); }
 
     const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
 
     // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
-        const FeatureSet::Pass pass = kernelsOf(mode, layers, in.sampling, learned());
+        const FeatureSet::Pass pass = kernels.passOf(mode, layers, in.sampling, learned());
         if (guide)
             guide->publish();
-        Kernels& k = prepare(pass);
+        PassKernels::Kernels& k = prepare(pass);
         if (countersOpen)
             countDropped();
         countersOpen = true;
         if (guide)
             guide->beginPass(pass, in.sampling, in.spp);
         Commands commands(device);
-        k.wavefront.record(commands, buffers, *pools, guideBuffers(), film);
+        k.wavefront.record(commands, buffers, pools(), guideBuffers(), film);
 
         const std::size_t pixels = std::size_t(in.width) * in.height;
         // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
-        std::uint32_t most = pass.roulette ? std::min(rouletteRoom, pools->capacity) : pools->capacity;
+        std::uint32_t most = pass.roulette ? std::min(rouletteRoom, pools().capacity) : pools().capacity;
         std::vector<std::uint32_t> offsets;
         std::vector<gpu::FilmPixel> tile;
         std::vector<gpu::LayerSample> layerTile;
@@ -157,26 +101,26 @@ struct Renderer::Impl {
             const bool bounded = interaction.submissionSeconds > 0;
             const gpu::Batch batch = nextBatch(in, bounded ? std::min(most, k.batchSize.paths()) : most, next, offsets);
             const bool split = next.sample > 0;
-            pools->batch.upload(std::as_bytes(std::span(&batch, 1)));
-            pools->pixelOffsets.uploadAll(offsets);
+            pools().batch.upload(std::as_bytes(std::span(&batch, 1)));
+            pools().pixelOffsets.uploadAll(offsets);
             std::vector<gpu::QueueCounts> counts(config.maxDepth + 1);
             counts[0].rays = batch.paths;
             counts[0].rayGroups = {(batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk, 1, 1};
             counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
             counts[0].arrivalGroups = counts[0].vertexGroups;
-            pools->counts.uploadAll(counts);
+            pools().counts.uploadAll(counts);
             if (film) {
                 beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry);
-                pools->film.uploadAll(tile);
+                pools().film.uploadAll(tile);
                 if (layers) {
                     beginTile(layerTile, batch, in.film ? &in.film->layerSums : nullptr, layerCarry);
-                    pools->layerFilm.uploadAll(layerTile);
+                    pools().layerFilm.uploadAll(layerTile);
                 }
             }
             if (mode == kModeReverse)
-                pools->adjoint.uploadAll(adjointTile(in, batch));
+                pools().adjoint.uploadAll(adjointTile(in, batch));
             submit(commands, batch.paths, k.batchSize);
-            counts = pools->counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
+            counts = pools().counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
             if (counts[0].overflow) {
                 next = start;
                 most = std::max(1u, batch.paths / 2);
@@ -186,16 +130,16 @@ struct Renderer::Impl {
                 most = rouletteRoom = roomFor(batch, counts);
             countRays(counts);
             if (pass.measure) {
-                const auto found = pools->pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
+                const auto found = pools().pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
                 for (std::uint32_t p = 0; p < batch.pixels; ++p)
                     for (std::uint32_t i = offsets[p]; i < offsets[p + 1]; ++i)
                         moments.add(batch.firstPixel + p, found[i]);
             }
             if (!film)
                 continue;
-            tile = pools->film.downloadAll<gpu::FilmPixel>(batch.pixels);
+            tile = pools().film.downloadAll<gpu::FilmPixel>(batch.pixels);
             if (layers)
-                layerTile = pools->layerFilm.downloadAll<gpu::LayerSample>(batch.pixels);
+                layerTile = pools().layerFilm.downloadAll<gpu::LayerSample>(batch.pixels);
             const std::size_t complete = batch.pixels - (split ? 1 : 0);
             for (std::size_t i = 0; i < complete; ++i)
                 receive(batch.firstPixel + i, tile[i], layers ? layerTile[i] : gpu::LayerSample{});
@@ -226,8 +170,8 @@ struct Renderer::Impl {
         std::uint32_t fullest = 1;
         for (const gpu::QueueCounts& c : counts)
             fullest = std::max(fullest, c.vertices);
-        const double fits = kReserve * pools->capacity * double(std::max(batch.paths, 1u)) / fullest;
-        return std::uint32_t(std::clamp(fits, 1.0, double(pools->capacity)));
+        const double fits = kReserve * pools().capacity * double(std::max(batch.paths, 1u)) / fullest;
+        return std::uint32_t(std::clamp(fits, 1.0, double(pools().capacity)));
     }
 
     void countRays(const std::vector<gpu::QueueCounts>& counts) {
@@ -250,14 +194,14 @@ struct Renderer::Impl {
     }
 
     std::uint32_t countDropped() {
-        auto counters = pools->statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
+        auto counters = pools().statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
         statistics.dropped["shade_vertex: non-finite radiance"] += counters[gpu::kDroppedRadiance];
         statistics.dropped["scan_tape: non-finite derivative"] += counters[gpu::kDroppedDerivative];
         statistics.dropped["gather_film: non-finite sample"] += counters[gpu::kDroppedPixel];
         statistics.dropped["scan_tape: saturated guide record"] += counters[gpu::kSaturatedRecord];
         const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
         std::fill(counters.begin(), counters.end(), 0u);
-        pools->statistics.uploadAll(counters);
+        pools().statistics.uploadAll(counters);
         countersOpen = false;
         return tooLarge;
     }
@@ -310,7 +254,7 @@ struct Renderer::Impl {
     }
 
     void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
-        prepare(kernelsOf(kModeForward, layers, sampling, learned())); // has the buffer made
+        prepare(kernels.passOf(kModeForward, layers, sampling, learned())); // has the buffer made
         std::vector<float> direction(buffers.gradientEntries(), 0.0f);
         for (std::size_t i = 0; i < parameters.size(); ++i) {
             const auto found = std::find(config.differentiable.begin(), config.differentiable.end(), parameters[i]);
@@ -321,7 +265,7 @@ struct Renderer::Impl {
                 throw Error(ExitCode::Usage, "the direction of " + scene.parameters[parameters[i]].name + " has the wrong number of entries");
             std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
         }
-        pools->direction.uploadAll(direction);
+        pools().direction.uploadAll(direction);
     }
 
     // Length of the shortest vector of the differentiable normals, by whose inverse their derivatives grow; at most 1, and not so short
@@ -365,14 +309,13 @@ Renderer::~Renderer() = default;
 
 void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
     for (const Mode m : modes)
-        impl_->needs.modes |= 1u << std::uint32_t(m);
-    impl_->pools.reset();
+        impl_->kernels.expect(std::uint32_t(m));
     for (const Mode m : modes)
-        impl_->prepare(impl_->kernelsOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
+        impl_->prepare(impl_->kernels.passOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
 }
 
 void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
-    impl_->prepare(impl_->kernelsOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
+    impl_->prepare(impl_->kernels.passOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
 }
 
 void Renderer::setInteraction(Interaction interaction) { impl_->interaction = std::move(interaction); }
@@ -453,7 +396,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
         in.normalScale = fixedPointScale(coarseness * adjointSum * radiance * normalGrowth, kGradientBits, normalUnit);
         in.emissionScale = fixedPointScale(coarseness * adjointSum, kGradientBits, emissionUnit);
         for (std::uint64_t at = 0; at < entries; at += zeros.size())
-            r.pools->gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
+            r.pools().gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
         const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
         if (attempt == 0)
             measure = r.measure;
@@ -472,7 +415,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
         const bool emits = p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance;
         const double unit = emits ? emissionUnit : p.kind == SlotKind::Normal ? normalUnit : surfaceUnit;
         gradients[i].resize(p.entries(), 0.0);
-        const auto sums = r.pools->gradients.downloadAll<std::int64_t>(p.entries(), 8 * r.buffers.gradientOffset(i));
+        const auto sums = r.pools().gradients.downloadAll<std::int64_t>(p.entries(), 8 * r.buffers.gradientOffset(i));
         for (std::size_t k = 0; k < sums.size(); ++k)
             gradients[i][k] += double(sums[k]) * unit;
     }
@@ -484,12 +427,11 @@ std::vector<std::pair<std::string, std::string>> Renderer::describeFeatures() co
 
 std::vector<KernelSize> Renderer::allocate(std::initializer_list<Mode> modes) {
     for (const Mode m : modes)
-        impl_->needs.modes |= 1u << std::uint32_t(m);
-    impl_->pools.reset();
+        impl_->kernels.expect(std::uint32_t(m));
     std::vector<KernelSize> sizes;
     for (const Mode m : modes) {
-        const FeatureSet::Pass pass = impl_->kernelsOf(std::uint32_t(m), false, impl_->sampling, impl_->features.guiding);
-        impl_->allocate(pass);
+        const FeatureSet::Pass pass = impl_->kernels.passOf(std::uint32_t(m), false, impl_->sampling, impl_->features.guiding);
+        impl_->kernels.allocate(pass);
         for (const KernelChoice& k : chooseKernels(impl_->features, pass)) {
             const SpirvSize size = spirvSize(impl_->device, k.name, k.constants);
             sizes.push_back({m, std::string(k.name) + (k.step == Step::TraceCamera ? ", camera" : ""), size.module, size.specialised});

@@ -35,7 +35,7 @@ struct RenderConfig {
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
 
-// How the passes that follow draw directions, and what they leave behind. All but the defaults need RenderConfig::guiding.
+// How the passes that follow draw directions, and what they leave behind. All but the defaults and `sign` need RenderConfig::guiding.
 struct PassSampling {
     Sampling kind = Sampling::Bsdf; // not Auto
     bool record = false;            // leave records for updateGuide(); measure too

@@ -45,7 +45,6 @@ class LiveOptimize : public testing::Test {
         render.differentiable = parameters;
         render.maxDepth = *options_.maxDepth;
         render.guiding = true;
-        render.guide.forgetting = double(options_.forgetting);
         Renderer renderer(device, scene, render);
         GuidedPasses passes(renderer, {.sampling = options_.sampling});
         passes.setLearning(true);

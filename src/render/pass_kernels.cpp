@@ -1,0 +1,68 @@
+// What passes run with: the kernels of each kind of pass, made when one first needs them, and the pools they share.
+#include "render/pass_kernels.h"
+
+namespace cmpg {
+
+using gpu::kModeRender, gpu::kModeReverse;
+
+PassKernels::PassKernels(Device& device, const FeatureSet& features, const SceneBuffers& scene, const GuideBuffers* guide, const RenderConfig& config)
+    : device_(device), features_(features), scene_(scene), guide_(guide), config_(config) {
+    needs_.maxDepth = config.maxDepth;
+    needs_.gradientEntries = scene.gradientEntries();
+    needs_.guide = needs_.record = needs_.measure = config.learning;
+    needs_.roulette = config.roulette;
+}
+
+FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const PassSampling& s, bool learned) const {
+    FeatureSet::Pass pass;
+    pass.mode = mode;
+    pass.sobol = config_.sampler == Sampler::Sobol;
+    pass.frozen = config_.frozenEvaluation;
+    pass.layers = layers;
+    pass.maxDepth = config_.maxDepth;
+    pass.threads = device_.driverThreads();
+    pass.oneSign = s.sign != 0 && mode != kModeRender;
+    if (!guide_)
+        return pass;
+    pass.record = s.record;
+    pass.guided = features_.everything || (s.kind != Sampling::Bsdf && learned);
+    pass.roulette = mode == kModeReverse && (features_.everything || (s.roulette && learned));
+    pass.measure = (s.measure || s.record) && mode == kModeReverse;
+    return pass;
+}
+
+void PassKernels::expect(std::uint32_t mode) {
+    needs_.modes |= 1u << mode;
+    pools_.reset();
+}
+
+void PassKernels::allocate(const FeatureSet::Pass& pass) {
+    PoolNeeds all = needs_;
+    all.modes |= 1u << pass.mode;
+    all.layers |= pass.layers;
+    all.guide |= pass.guided || pass.record || pass.roulette;
+    all.record |= pass.record;
+    all.measure |= pass.measure;
+    all.roulette |= pass.roulette;
+    if (pools_ && all == needs_)
+        return;
+    needs_ = all;
+    pools_.reset();
+    pools_ = std::make_unique<Pools>(device_, features_, needs_, config_.memoryBudget);
+}
+
+PassKernels::Kernels& PassKernels::prepare(const FeatureSet::Pass& pass, const std::function<void(bool begins)>& compiling) {
+    allocate(pass);
+    const auto found = kernels_.find(pass);
+    if (found != kernels_.end())
+        return found->second;
+    if (compiling)
+        compiling(true);
+    Kernels made{Wavefront(device_, features_, pass), {}};
+    warmUp(device_, made.wavefront.kernels(), made.wavefront.bindings(scene_, *pools_, guide_).front());
+    if (compiling)
+        compiling(false);
+    return kernels_.emplace(pass, std::move(made)).first->second;
+}
+
+} // namespace cmpg
