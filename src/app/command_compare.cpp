@@ -170,29 +170,20 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
 } // namespace
 
 ExitCode runCompare(const Options& options, Report& report) {
-    const Stopwatch loading;
     CompareSubject subject(options);
     std::optional<Reference> given;
     if (options.reference != "auto" && subject.modes.front() == CompareMode::Optimize)
         readTruth(subject);
     else if (options.reference != "auto")
         given = readReference(subject, subject.modes.front());
-    const fs::path folder = options.output;
-    requireWritableFolder(folder);
     Device device(Device::Options{.select = options.device});
-    report.width = subject.view.width;
-    report.height = subject.view.height;
-    report.seconds.load = loading.seconds();
-    report.addDevice(device);
-    printConfiguration(options);
-    writeRunJson(options, folder, report);
-
-    makePictures(device, subject, report);
+    beginComparison(device, subject, report);
     std::vector<ComparePart> parts;
     for (const CompareMode mode : subject.modes)
         parts.push_back(mode == CompareMode::Optimize ? compareOptimisation(device, subject, report)
                                                       : compareGradient(device, subject, mode, given, report));
     report.addDevice(device);
+    const fs::path folder = options.output;
     writeParts(subject, parts, folder, report);
     report.warnOfLosses();
     printTable(textOut(options), report.extra["table"]);

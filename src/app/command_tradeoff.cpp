@@ -91,19 +91,10 @@ ExitCode runTradeoff(const Options& options, Report& report) {
     const Options base = tradeoffOptions(options);
     CompareSubject subject(base);
     subject.steps = !subject.target.image.values.empty();
-    const fs::path folder = options.output;
-    requireWritableFolder(folder);
     Device device(Device::Options{.select = options.device});
     device.keepKernels(); // most settings have the same
-    report.width = subject.view.width;
-    report.height = subject.view.height;
-    report.seconds.load = report.elapsed();
-    report.addDevice(device);
-    printConfiguration(base);
-    writeRunJson(base, folder, report);
-
+    beginComparison(device, subject, report);
     StatusLine status(options);
-    makePictures(device, subject, report);
     status("training the defaults");
     const Probe probed = probe(device, subject, base);
     TradeoffReport found;
@@ -129,6 +120,7 @@ ExitCode runTradeoff(const Options& options, Report& report) {
     }
     found.seconds = report.elapsed();
     report.addDevice(device);
+    const fs::path folder = options.output;
     write(subject, found, folder, base, report);
     report.warnOfLosses();
     if (!options.quiet)

@@ -2,6 +2,7 @@
 #include "app/compare_subject.h"
 
 #include "app/guided_session.h"
+#include "app/output.h"
 #include "app/parameter_values.h"
 #include "app/session.h"
 #include "app/targets.h"
@@ -88,9 +89,11 @@ std::size_t CompareSubject::parameterEntries() const {
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
     RenderConfig config = renderConfig(method.options, subject.scene, subject.parameters);
-    config.guiding = method.learns() || method.options.positivize;
+    config.guiding = method.learns();
     return config;
 }
+
+namespace {
 
 void makePictures(Device& device, CompareSubject& subject, Report& report) {
     const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.target.image.values.empty();
@@ -109,6 +112,20 @@ void makePictures(Device& device, CompareSubject& subject, Report& report) {
     if (needsAdjoint)
         subject.adjoint = evaluateLoss(subject.options.loss, subject.picture, subject.target.image, subject.target.mask).adjoint;
     report.addStatistics(renderer.statistics());
+}
+
+} // namespace
+
+void beginComparison(Device& device, CompareSubject& subject, Report& report) {
+    const std::filesystem::path folder = subject.options.output;
+    requireWritableFolder(folder);
+    report.width = subject.view.width;
+    report.height = subject.view.height;
+    report.seconds.load = report.elapsed();
+    report.addDevice(device);
+    printConfiguration(subject.options);
+    writeRunJson(subject.options, folder, report);
+    makePictures(device, subject, report);
 }
 
 MethodRenderer::MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method)

@@ -42,8 +42,8 @@ struct CompareSubject {
 
 RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method);
 
-// Renders the picture, and the adjoint where a target's loss has to give it.
-void makePictures(Device& device, CompareSubject& subject, Report& report);
+// Opens the report in the folder of the options, then renders the picture, and the adjoint where a target's loss has to give it.
+void beginComparison(Device& device, CompareSubject& subject, Report& report);
 
 // One method's renderer, trained.
 class MethodRenderer {

@@ -19,10 +19,6 @@ std::string format(const char* text, auto... values) {
     return buffer;
 }
 
-bool shown(const std::pair<double, double>& point) {
-    return point.first > 0 && point.second > 0 && std::isfinite(point.first) && std::isfinite(point.second);
-}
-
 } // namespace
 
 std::string svgFile(std::string svg) {
@@ -36,21 +32,14 @@ std::string curveColor(std::size_t index) {
 }
 
 std::string ErrorPlot::svg() const {
-    double x0 = HUGE_VAL, x1 = 0, y0 = HUGE_VAL, y1 = 0;
+    PlotBounds bounds;
     for (const ErrorCurve& curve : curves)
-        for (const auto& point : curve.points)
-            if (shown(point)) {
-                x0 = std::min(x0, point.first);
-                x1 = std::max(x1, point.first);
-                y0 = std::min(y0, point.second);
-                y1 = std::max(y1, point.second);
-            }
+        for (const auto& [seconds, error] : curve.points)
+            bounds.add(seconds, error);
     const bool hasFloor = floor && *floor > 0 && std::isfinite(*floor);
-    if (!(x1 > 0))
-        x0 = y0 = 0.1, x1 = y1 = 1; // nothing to show: empty axes
-    else if (hasFloor)
-        y0 = std::min(y0, std::max(*floor, y0 / 30)); // far below the curves it says nothing
-    const LogAxis across = logAxis(x0, x1, kLeft, kRight), up = logAxis(y0, y1, kBottom, kTop);
+    if (hasFloor && !bounds.empty())
+        bounds.y0 = std::min(bounds.y0, std::max(*floor, bounds.y0 / 30)); // far below the curves it says nothing
+    const LogAxis across = bounds.across(kLeft, kRight), up = bounds.up(kBottom, kTop);
 
     std::string svg = format("<svg viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
                              "role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"white\"/>\n",
@@ -80,7 +69,7 @@ std::string ErrorPlot::svg() const {
         std::string path, marks;
         std::size_t count = 0;
         for (const auto& point : curves[i].points) {
-            if (!shown(point))
+            if (!drawable(point.first, point.second))
                 continue;
             const double x = across.place(point.first), y = up.place(point.second);
             path += format("%c%.1f %.1f", path.empty() ? 'M' : 'L', x, y);

@@ -96,22 +96,15 @@ std::string number(double value) {
     return text;
 }
 
-bool shown(const ParetoPoint& p) { return p.seconds > 0 && p.error > 0 && std::isfinite(p.seconds) && std::isfinite(p.error); }
+bool shown(const ParetoPoint& p) { return drawable(p.seconds, p.error); }
 
 void draw(const ParetoPlot& plot, Surface& surface) {
     using Anchor = Surface::Anchor;
     const std::string black = "#000000", grey = "#e2e2e2", dark = "#444444", line = "#9a9a9a";
-    double x0 = HUGE_VAL, x1 = 0, y0 = HUGE_VAL, y1 = 0;
+    PlotBounds bounds;
     for (const ParetoPoint& p : plot.points)
-        if (shown(p)) {
-            x0 = std::min(x0, p.seconds);
-            x1 = std::max(x1, p.seconds);
-            y0 = std::min(y0, p.error);
-            y1 = std::max(y1, p.error);
-        }
-    if (!(x1 > 0))
-        x0 = y0 = 0.1, x1 = y1 = 1; // nothing to show: empty axes
-    const LogAxis across = logAxis(x0, x1, kLeft, kRight), up = logAxis(y0, y1, kBottom, kTop);
+        bounds.add(p.seconds, p.error);
+    const LogAxis across = bounds.across(kLeft, kRight), up = bounds.up(kBottom, kTop);
     surface.text(kLeft, 20, plot.title, Anchor::Start, black);
     for (const double tick : ticksOf(up)) {
         surface.line(kLeft, up.place(tick), kRight, up.place(tick), grey, 1);

@@ -86,7 +86,8 @@ TEST(CompareProgram, WritesFilesOfBothDerivatives) {
         const auto number = [&](const char* name) { return std::stod(rows[r].at(column.at(name))); };
         EXPECT_EQ(number("passes"), 6);
         EXPECT_NEAR(number("spp"), 12, 0.5); // pixel sampling rounds at random
-        EXPECT_GT(number("mse"), 0);
+        EXPECT_TRUE(std::isfinite(number("mse"))); // without the reference's own error, hence below 0 at times where that is large
+        EXPECT_GT(number("relative_variance"), 0);
         EXPECT_NEAR(number("efficiency") * number("relative_variance") * number("seconds") / number("passes"), 1, 1e-6);
         EXPECT_LT(std::abs(number("bias")), 5 * number("bias_95") + 0.05);
     }
