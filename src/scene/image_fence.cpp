@@ -1,11 +1,11 @@
-// What stands between image files and the libraries that decode them.
+// What stands between .png, .jpg and .hdr files and their decoders.
 #include "scene/image_fence.h"
 
 #include "base/byte_stream.h"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
+#include <array>
+#include <vector>
 
 namespace cmpg {
 namespace {
@@ -17,7 +17,7 @@ using File = std::span<const std::uint8_t>;
 constexpr std::uint64_t kDensestPng = 8 * 1032, kDensestJpeg = 2 * 8 * 64, kDensestHdr = 16;
 
 // Pixels times scans of a JPEG: the decoder visits every pixel in each, however little there is of it.
-constexpr std::uint64_t kMaxJpegVisits = std::uint64_t(1) << 32;
+constexpr std::uint64_t kMaxJpegVisits = std::uint64_t(1) << 30;
 
 void requireHeld(File file, std::uint64_t width, std::uint64_t height, std::uint64_t densest) {
     if (double(width) * double(height) > double(file.size()) * double(densest))
@@ -37,119 +37,122 @@ void checkPngChunks(File file) {
     }
 }
 
-std::uint64_t jpegScans(File file) {
-    std::uint64_t scans = 0;
-    for (std::size_t i = 0; i + 1 < file.size(); ++i)
-        scans += file[i] == 0xff && file[i + 1] == 0xda; // in a scan 0xff is followed by 0
-    return scans;
-}
+// The segments of a JPEG (ITU T.81, annex B). stb_image decodes with tables that were never defined, whatever memory held, and writes
+// beyond its Huffman tables where one has more than 256 symbols.
+class JpegSegments {
+  public:
+    explicit JpegSegments(File file) : file_(file) {}
 
-// One part of an OpenEXR file, as its header says.
-struct Part {
-    double width = 0, height = 0;
-    double pixelBytes = 0; // of all channels
-    std::uint32_t compression = 0;
-    double tileWidth = 0, tileHeight = 0;
-    bool tiled = false;
-};
-
-constexpr std::uint32_t kTiled = 0x200, kDeep = 0x800, kSeveralParts = 0x1000; // flags beside the version
-
-// Text up to a zero byte.
-std::string nameIn(ByteReader& in) {
-    std::string text;
-    while (const std::uint8_t c = in.get<std::uint8_t>())
-        text += char(c);
-    return text;
-}
-
-double channelBytes(ByteReader in) {
-    constexpr std::uint32_t kHalf = 1;
-    double bytes = 0;
-    while (!nameIn(in).empty()) {
-        bytes += in.get<std::uint32_t>() == kHalf ? 2 : 4;
-        in.take(12); // linearity, sampling
-    }
-    return bytes;
-}
-
-// From the name of its first attribute on. OpenEXR makes room for an attribute before it reads it, too.
-Part readPart(ByteReader& in, std::string attribute, bool tiled) {
-    Part part;
-    part.tiled = tiled;
-    for (; !attribute.empty(); attribute = nameIn(in)) {
-        const std::string type = nameIn(in);
-        const std::uint32_t size = in.get<std::uint32_t>();
-        const File bytes = in.take(size);
-        ByteReader value(bytes);
-        if (attribute == "dataWindow") {
-            double edge[4]; // left, top, right, bottom
-            for (double& e : edge)
-                e = std::int32_t(value.get<std::uint32_t>());
-            part.width = edge[2] - edge[0] + 1;
-            part.height = edge[3] - edge[1] + 1;
-        } else if (attribute == "channels") {
-            part.pixelBytes = channelBytes(value);
-        } else if (attribute == "compression") {
-            part.compression = value.get<std::uint8_t>();
-        } else if (attribute == "tiles") {
-            part.tileWidth = value.get<std::uint32_t>();
-            part.tileHeight = value.get<std::uint32_t>();
-        } else if (attribute == "type") {
-            const std::string kind(bytes.begin(), bytes.end());
-            part.tiled |= kind == "tiledimage";
-            if (kind.starts_with("deep"))
-                throw Malformed{"it has several samples per pixel, which is not supported"};
+    // Checks them all. Returns how many scans there are.
+    std::uint64_t check() {
+        constexpr std::uint8_t kEnd = 0xd9, kScan = 0xda;
+        std::uint64_t scans = 0;
+        for (std::size_t at = 2;;) {
+            while (at + 1 < file_.size() && file_[at] == 0xff && file_[at + 1] == 0xff)
+                ++at; // fills
+            if (file_.size() - at < 4)
+                return scans; // the decoder tells what is missing
+            const std::uint8_t marker = file_[at + 1];
+            if (file_[at] != 0xff || marker == 0 || isRestart(marker))
+                throw Malformed{"there is something else between its segments"};
+            if (marker == kEnd)
+                return scans;
+            const std::size_t length = std::size_t(file_[at + 2]) * 256 + file_[at + 3];
+            if (length < 2 || length > file_.size() - at - 2)
+                throw Malformed{"a segment reaches beyond its end"};
+            readSegment(marker, ByteReader(file_.subspan(at + 4, length - 2)));
+            at += 2 + length;
+            if (marker != kScan)
+                continue;
+            ++scans;
+            while (at + 1 < file_.size() && (file_[at] != 0xff || file_[at + 1] == 0 || isRestart(file_[at + 1])))
+                ++at;
         }
     }
-    return part;
-}
 
-void checkPart(const Part& part, double fileBytes) {
-    // By compression: lines of a chunk, and bytes that one byte can stand for (ZIP: deflate's 1032, of subsampled channels; DWA packs runs
-    // before it deflates them).
-    constexpr std::uint32_t kLines[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256}, kDwa = 8;
-    constexpr double kDensest = 4096, kDensestDwa = 1 << 17;
-    constexpr double kFewBytes = 1 << 26; // that may be allocated for any file
-    if (part.compression >= std::size(kLines))
-        throw Malformed{"its compression is unknown"};
-    if (!(part.width > 0 && part.height > 0))
-        throw Malformed{"it has no pixels"};
-    if (part.tiled && !(part.tileWidth > 0 && part.tileHeight > 0))
-        throw Malformed{"its tiles have no size"};
-    const double chunkWidth = part.tiled ? part.tileWidth : part.width, chunkHeight = part.tiled ? part.tileHeight : kLines[part.compression];
-    const double chunks = std::ceil(part.width / chunkWidth) * std::ceil(part.height / chunkHeight);
-    if (8 * chunks > fileBytes) // each has its place in a table
-        throw Malformed{"its header announces more lines or tiles than a file of its size can hold"};
-    const double held = fileBytes * (part.compression < kDwa ? kDensest : kDensestDwa);
-    if (part.width * part.height * part.pixelBytes > held)
-        throw Malformed{"its header announces more pixels than a file of its size can hold"};
-    // OpenEXR keeps a chunk, of tiled files a row of them.
-    const double kept = std::max(part.width, chunkWidth) * std::min(chunkHeight, part.tiled ? chunkHeight : part.height) * part.pixelBytes;
-    if (kept > std::max(kFewBytes, held))
-        throw Malformed{"its header announces lines or tiles that a file of its size cannot hold"};
-}
+  private:
+    struct Component {
+        std::uint8_t id, quantisation;
+    };
+
+    static bool isRestart(std::uint8_t marker) { return marker >= 0xd0 && marker <= 0xd7; }
+    static void require(bool holds, const char* otherwise) {
+        if (!holds)
+            throw Malformed{otherwise};
+    }
+
+    void readSegment(std::uint8_t marker, ByteReader in) {
+        if (marker == 0xc4)
+            readHuffmanTables(in);
+        else if (marker == 0xdb)
+            readQuantisation(in);
+        else if (marker >= 0xc0 && marker <= 0xc2)
+            readFrame(in, marker == 0xc2);
+        else if (marker == 0xda)
+            readScan(in);
+    }
+
+    void readHuffmanTables(ByteReader& in) {
+        while (!in.atEnd()) {
+            const auto which = in.get<std::uint8_t>(); // direct or alternating, number
+            std::size_t symbols = 0;
+            for (int length = 1; length <= 16; ++length)
+                symbols += in.get<std::uint8_t>();
+            require(symbols <= 256, "a Huffman table has more than 256 symbols");
+            in.take(symbols);
+            huffman_[which >> 4 & 1][which & 3] = true;
+        }
+    }
+
+    void readQuantisation(ByteReader& in) {
+        while (!in.atEnd()) {
+            const auto which = in.get<std::uint8_t>(); // precision, number
+            in.take(which >> 4 ? 128 : 64);
+            quantisation_[which & 3] = true;
+        }
+    }
+
+    void readFrame(ByteReader& in, bool progressive) {
+        progressive_ = progressive;
+        in.take(5); // precision, size
+        components_.clear();
+        for (std::uint32_t n = in.get<std::uint8_t>(); n > 0; --n) {
+            const auto id = in.get<std::uint8_t>();
+            in.take(1); // sampling
+            components_.push_back({id, in.get<std::uint8_t>()});
+        }
+    }
+
+    void readScan(ByteReader& in) {
+        const std::uint32_t n = in.get<std::uint8_t>();
+        std::vector<std::uint8_t> tables;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const auto id = in.get<std::uint8_t>();
+            const auto component = std::find_if(components_.begin(), components_.end(), [&](const Component& c) { return c.id == id; });
+            require(component != components_.end(), "a scan has a component that the frame has not");
+            require(quantisation_[component->quantisation & 3], "a quantisation table is missing");
+            tables.push_back(in.get<std::uint8_t>());
+        }
+        const bool direct = !progressive_ || in.get<std::uint8_t>() == 0, alternating = !progressive_ || !direct;
+        for (const std::uint8_t t : tables)
+            require((!direct || huffman_[0][t >> 4 & 3]) && (!alternating || huffman_[1][t & 3]), "a Huffman table is missing");
+    }
+
+    File file_;
+    bool progressive_ = false;
+    std::array<std::array<bool, 4>, 2> huffman_{}; // direct, alternating: which are defined
+    std::array<bool, 4> quantisation_{};
+    std::vector<Component> components_;
+};
 
 } // namespace
-
-void fenceExr(File file) {
-    ByteReader in(file);
-    in.take(4); // magic
-    const std::uint32_t version = in.get<std::uint32_t>();
-    if (version & kDeep)
-        throw Malformed{"it has several samples per pixel, which is not supported"};
-    std::string attribute = nameIn(in);
-    do {
-        checkPart(readPart(in, attribute, (version & kTiled) != 0), double(file.size()));
-    } while ((version & kSeveralParts) && !(attribute = nameIn(in)).empty());
-}
 
 void fenceStb(File file, std::uint64_t width, std::uint64_t height) {
     const bool png = file[0] == 0x89;
     requireHeld(file, width, height, png ? kDensestPng : kDensestJpeg);
     if (png)
         checkPngChunks(file);
-    else if (jpegScans(file) > kMaxJpegVisits / (width * height))
+    else if (JpegSegments(file).check() > kMaxJpegVisits / (width * height))
         throw Malformed{"it comes in too many scans"};
 }
 

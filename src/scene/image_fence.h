@@ -1,5 +1,5 @@
-// What stands between image files and the libraries that decode them: sizes that a file announces but cannot hold are refused before
-// OpenEXR 3.1 or stb_image 2.27 allocate memory, or spend time, by them. Each throws Malformed.
+// What stands between image files and the libraries that decode them: sizes that a file announces but cannot hold, and what
+// OpenEXR 3.1 or stb_image 2.27 take for granted, are looked at before they allocate memory, or spend time, by them. Each throws Malformed.
 #pragma once
 
 #include <cstdint>

@@ -74,10 +74,15 @@ TEST_F(ImageFence, PngJpegAndHdr) {
     const std::size_t frame = readText(folder / "a.jpg").find("\xff\xc0") + 5;
     EXPECT_NE(changed("a.jpg", frame, "\x20\x01\x20\x01").find("announces"), std::string::npos); // 8193 x 8193
     const std::string jpeg = readText(folder / "a.jpg");
+    const std::size_t scan = jpeg.find("\xff\xda");
     std::string scans = jpeg.substr(0, jpeg.size() - 2);
-    while (scans.size() < std::size_t(3) << 20) scans += "\xff\xda";
+    while (scans.size() < (std::size_t(14) << 18) + jpeg.size()) scans += jpeg.substr(scan, 14); // its header alone: over 2^18 times the 2^12 pixels
     writeText(folder / "scans.jpg", scans + jpeg.substr(jpeg.size() - 2));
     EXPECT_NE(refusal([&] { readImage(folder / "scans.jpg"); }).find("scans"), std::string::npos);
+    const std::size_t huffman = jpeg.find("\xff\xc4"); // the tables that a scan names are there, and no longer than they can be
+    EXPECT_NE(changed("a.jpg", huffman + 1, "\xe0").find("Huffman table is missing"), std::string::npos);
+    EXPECT_NE(changed("a.jpg", huffman + 5, std::string(16, '\xff')).find("256 symbols"), std::string::npos);
+    EXPECT_NE(changed("a.jpg", jpeg.find("\xff\xdb") + 1, "\xe0").find("quantisation table is missing"), std::string::npos);
 
     writeText(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8000 +X 8000\n");
     EXPECT_NE(refusal([&] { readImage(folder / "a.hdr"); }).find("announces"), std::string::npos);
