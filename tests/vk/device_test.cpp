@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <unistd.h>
 
 namespace cmpg {
 namespace {
@@ -58,6 +61,29 @@ TEST(Device, SaysWhatToInstallWhenThereIsNone) {
         EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
         EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
     }
+}
+
+// A driver that answers every question and computes nothing lacks nearly all that is asked for.
+TEST(Device, NamesWhatADeviceLacks) {
+    if (!*CMPG_MOCK_DRIVER)
+        GTEST_SKIP() << "there is no driver that lacks something: the package chromium-common has one, libVkICD_mock_icd.so";
+    const auto manifest = std::filesystem::temp_directory_path() / ("cmpg-driver-" + std::to_string(getpid()) + ".json");
+    std::ofstream(manifest) << R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" << CMPG_MOCK_DRIVER << R"(", "api_version": "1.3.0"}})";
+    const Environment icd("VK_ICD_FILENAMES", manifest.c_str()), files("VK_DRIVER_FILES", nullptr);
+    const auto devices = Device::list();
+    ASSERT_EQ(devices.size(), 1u);
+    EXPECT_FALSE(devices[0].usable);
+    EXPECT_NE(devices[0].missing.find("scalarBlockLayout"), std::string::npos) << devices[0].missing;
+    EXPECT_NE(devices[0].missing.find("subgroup ballot"), std::string::npos) << devices[0].missing;
+    for (const char* select : {"", "0"})
+        try {
+            Device({.select = select, .validation = false, .portable = false});
+            FAIL() << "a device that lacks " << devices[0].missing << " was taken";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code, ExitCode::Device);
+            EXPECT_NE((error.what() + error.cause).find(devices[0].missing), std::string::npos) << error.what() << "\n" << error.cause;
+        }
+    std::filesystem::remove(manifest);
 }
 
 TEST(Device, PortableByEnvironment) {
