@@ -126,6 +126,31 @@ TEST(Device, ValidationFindsAMissingBarrier) {
     }
 }
 
+// Where the layers can look into kernels; drivers themselves let such accesses pass.
+TEST(Device, ValidationFindsAnAccessOutOfRange) {
+    const Environment kernels("CMPG_VALIDATION", "gpu");
+    std::unique_ptr<Device> device;
+    try {
+        device = std::make_unique<Device>(Device::Options{});
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const Kernel kernel(*device, "write_index");
+    const Buffer result(*device, "result", 64 * 4, MemoryKind::Transient);
+    const auto write = [&](std::uint32_t count) {
+        Commands commands(*device);
+        commands.dispatch(kernel, Bindings().set(0, result), count, count);
+        commands.submitAndWait();
+    };
+    EXPECT_NO_THROW(write(64));
+    try {
+        write(65);
+        FAIL() << "a write beyond the end passed";
+    } catch (const Error& error) {
+        EXPECT_NE(error.cause.find("write_index"), std::string::npos) << error.cause;
+    }
+}
+
 // lavapipe ends all loops of an invocation after 65 535 iterations in sum and says nothing. Kernels are written with bounds far
 // below that; if this test fails, the driver has changed and the bounds may go.
 TEST(Device, LavapipeEndsLongLoops) {
