@@ -5,6 +5,7 @@
 #include "optimize/image_model.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cmpg {
 
@@ -30,28 +31,47 @@ class BatchedModel final : public ImageModel {
         for (auto& gradient : gradients)
             for (double& entry : gradient)
                 entry += *next++;
-        ++gradients_;
+        ++step_.gradients;
         if (estimate.end != BudgetedEstimate::End::Error) {
-            ++missed_;
-            worst_ = std::max(worst_, estimate.error.relative);
+            ++step_.missed;
+            step_.worst = std::max(step_.worst, estimate.error.relative);
         }
         return paths;
     }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
-    void endStep() override { inner_.endStep(); }
+    void endStep() override {
+        inner_.endStep();
+        const Tally step = std::exchange(step_, {});
+        whole_ = {whole_.gradients + step.gradients, whole_.missed + step.missed, std::max(whole_.worst, step.worst)};
+    }
     void publish() override { inner_.publish(); }
-    void save(ByteWriter& out) const override { inner_.save(out); }
-    void restore(ByteReader& in, std::uint32_t steps) override { inner_.restore(in, steps); }
+    void save(ByteWriter& out) const override {
+        out.put(whole_.gradients);
+        out.put(whole_.missed);
+        out.put(whole_.worst);
+        inner_.save(out);
+    }
+    void restore(ByteReader& in, std::uint32_t steps) override {
+        Tally kept;
+        kept.gradients = in.get<std::uint64_t>();
+        kept.missed = in.get<std::uint64_t>();
+        kept.worst = in.real();
+        if (kept.missed > kept.gradients || !(kept.worst >= 0))
+            throw Malformed{"its errors are none"};
+        inner_.restore(in, steps);
+        whole_ = kept;
+    }
 
-    std::uint64_t gradients() const { return gradients_; } // so far
-    std::uint64_t missed() const { return missed_; }       // of them, those whose error stayed too large
-    double worstError() const { return worst_; }           // of these
+    struct Tally {
+        std::uint64_t gradients = 0, missed = 0; // the latter: those of the former whose error stayed too large
+        double worst = 0;                        // error of these
+    };
+    const Tally& tally() const { return whole_; } // of whole steps, those before a restart included
 
   private:
     ImageModel& inner_;
     SampleBudget budget_;
-    std::uint64_t gradients_ = 0, missed_ = 0;
-    double worst_ = 0;
+    Tally whole_, step_; // step_: of the step in flight
 };
 
 } // namespace cmpg

@@ -10,7 +10,7 @@ namespace cmpg {
 
 Checkpoints::Checkpoints(const Options& options, Checkpoint::Identity identity, std::string madeWith, EventLog& log)
     : folder_(options.output), resumed_(options.resume), interval_(checkpointInterval(options)), steps_(options.steps),
-      identity_(std::move(identity)), config_(toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)),
+      stopAfter_(options.stopAfter.value_or(options.steps)), identity_(std::move(identity)), config_(toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)),
       madeWith_(std::move(madeWith)), log_(log) {}
 
 std::optional<Checkpoint> Checkpoints::find() const {
@@ -29,8 +29,10 @@ std::optional<Checkpoint> Checkpoints::find() const {
         return found;
     }
     requireSameRun(*found, identity_, folder);
-    if (found->state.step > steps_)
-        throw Error(ExitCode::Usage, "the run in '" + folder + "' is at step " + std::to_string(found->state.step) + ", beyond --steps " + std::to_string(steps_));
+    for (const auto& [option, steps] : {std::pair("--steps", steps_), std::pair("--stop-after", stopAfter_)})
+        if (found->state.step > steps)
+            throw Error(ExitCode::Usage,
+                        "the run in '" + folder + "' is at step " + std::to_string(found->state.step) + ", beyond " + option + " " + std::to_string(steps));
     if (found->madeWith != madeWith_)
         log_.warn("other_device", "the run was on " + found->madeWith + " and goes on on " + madeWith_ + ": rounding may differ from here on");
     log_.setStep(found->state.step);

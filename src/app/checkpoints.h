@@ -25,7 +25,7 @@ class Checkpoints {
   private:
     std::filesystem::path folder_, resumed_;
     CheckpointInterval interval_;
-    std::uint32_t steps_;
+    std::uint32_t steps_, stopAfter_;
     Checkpoint::Identity identity_;
     std::string config_, madeWith_;
     EventLog& log_;

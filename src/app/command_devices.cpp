@@ -31,15 +31,16 @@ ExitCode runVersion(const Options& options, Report& report) {
             if (d.usable)
                 out << "  subgroups of " << d.subgroupSize << ", 64-bit atomics: " << (d.int64Atomics ? "yes" : "no")
                     << ", float64: " << (d.float64 ? "yes" : "no") << ", storage buffers up to " << (d.maxStorageBufferRange >> 20)
-                    << " MiB\n";
+                    << " MiB, " << (d.needsPortable ? "portable" : "full") << " kernels\n";
             else
                 out << "  not usable: " << d.missing << '\n';
         }
     } catch (const Error& e) {
         out << "device: none (" << e.what() << ")\n";
     }
-    out << "required: Vulkan 1.3, a compute queue, scalarBlockLayout, maintenance4, subgroup ballot and arithmetic in compute\n"
-           "optional: 64-bit integers and their atomics, 64-bit floats\n";
+    out << "required: Vulkan 1.3, a compute queue, scalarBlockLayout, maintenance4, subgroup ballot and arithmetic in compute, "
+        << kStorageBuffersPortable << " storage buffers in a kernel (" << kStorageBuffers << " with all that is optional)\n"
+        << "optional: 64-bit integers and their atomics, texel buffers of 2^26 elements\n";
     return ExitCode::Done;
 }
 

@@ -135,13 +135,14 @@ std::unique_ptr<BatchedModel> batchedModel(const Options& options, const Report&
 }
 
 ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& model) {
-    report.extra["error"] = {{"gradients", model.gradients()}, {"missed", model.missed()}, {"worst", model.worstError()}};
-    if (model.missed() == 0)
+    const BatchedModel::Tally& errors = model.tally();
+    report.extra["error"] = {{"gradients", errors.gradients}, {"missed", errors.missed}, {"worst", errors.worst}};
+    if (errors.missed == 0)
         return ExitCode::Done;
     char text[200];
     std::snprintf(text, sizeof text, "the error target of %.3g %% was not reached by %llu of %llu gradients: at worst the error is %.3g %%; allow more --spp-gradient",
-                  100 * double(*options.errorTarget), static_cast<unsigned long long>(model.missed()),
-                  static_cast<unsigned long long>(model.gradients()), 100 * model.worstError());
+                  100 * double(*options.errorTarget), static_cast<unsigned long long>(errors.missed),
+                  static_cast<unsigned long long>(errors.gradients), 100 * errors.worst);
     logWarn(text);
     return ExitCode::CheckFailed;
 }

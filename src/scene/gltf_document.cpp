@@ -190,6 +190,7 @@ Bytes GltfDocument::readUri(const JsonView& uri) const {
 
 void GltfDocument::readBuffers() {
     const JsonView buffers = root()["buffers"];
+    std::uint64_t all = 0;
     for (std::uint32_t i = 0; i < buffers.size(); ++i) {
         const JsonView buffer = buffers.at(i);
         if (!buffer["uri"].exists() && (i != 0 || !hasBinaryChunk_))
@@ -199,7 +200,10 @@ void GltfDocument::readBuffers() {
         if (bytes.size() < length)
             buffer.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),
                         "the file with its data is truncated or not the right one", "copy or export the scene again");
+        all += length;
+        if (all > kMaxFileBytes) buffer.fail("brings the buffers to more than " + std::to_string(kMaxFileBytes) + " bytes");
         bytes.resize(length);
+        bytes.shrink_to_fit(); // many may name parts of one large file
         buffers_.push_back(std::move(bytes));
     }
 }

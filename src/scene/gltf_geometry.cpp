@@ -9,8 +9,6 @@
 namespace cmpg {
 namespace {
 
-// More than fits a 32-bit offset of three indices, and more than any machine here renders.
-constexpr std::uint64_t kMaxTriangles = 1u << 27;
 // Positions are re-centred when the scene lies further from the origin than this many of its diagonals: float32 then still
 // resolves 2^-24 * kFarAway of the diagonal.
 constexpr double kFarAway = 8;
@@ -26,6 +24,7 @@ struct Builder {
     std::vector<glm::vec4> tangents, colors;
     std::vector<Triangle> triangles;
     bool hasNormals = false, hasUv0 = false, hasUv1 = false, hasTangents = false, hasColors = false;
+    std::uint64_t read = 0; // vertices, used or not; a primitive counts as one at least, so that none comes for free
 };
 
 // Corners of all triangles, three each, as indices of `vertices`: lists, strips and fans made alike.
@@ -75,18 +74,18 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
     const auto countOf = [&](int accessor) { return std::uint32_t(model.accessors[std::size_t(accessor)].count); };
     const std::uint32_t count = countOf(position->second);
     const std::uint64_t corners = primitive.indices >= 0 ? countOf(primitive.indices) : count;
-    if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > kMaxTriangles ||
-        out.positions.size() + count > 3 * kMaxTriangles)
-        load.document.at(place).fail("brings the scene to more than " + std::to_string(kMaxTriangles) + " triangles",
-                                     "the mesh is too detailed or its counts are damaged", "simplify the scene");
-    const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t most) {
+    const std::uint64_t most = load.options.maxTriangles;
+    out.read += std::max(count, 1u);
+    if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > most || out.read > 3 * most)
+        load.document.at(place).fail("brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
+                                     "the mesh is too detailed, or its counts are damaged", "simplify the scene");
+    const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t widest) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) return AccessorValues{};
         const std::string use = place + ".attributes." + name;
-        AccessorValues values = readAccessor(load.document, found->second, use, fewest, most);
-        if (values.count != count)
-            load.document.at(use).fail("has " + std::to_string(values.count) + " elements for " + std::to_string(count) + " positions");
-        return values;
+        if (countOf(found->second) != count)
+            load.document.at(use).fail("has " + std::to_string(countOf(found->second)) + " elements for " + std::to_string(count) + " positions");
+        return readAccessor(load.document, found->second, use, fewest, widest);
     };
     const AccessorValues positions = attribute("POSITION", 3, 3);
     std::vector<std::uint32_t> list;

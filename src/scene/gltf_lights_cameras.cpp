@@ -32,7 +32,7 @@ glm::mat4 cameraFrame(const GltfLoad& load, const NodeInstance& instance) {
     return glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(worldPlace(load, instance.toWorld), 1)));
 }
 
-void addCamera(GltfLoad& load, const NodeInstance& instance, std::set<std::string>& names) {
+void addCamera(GltfLoad& load, const NodeInstance& instance, UniqueNames& names) {
     const tinygltf::Node& node = load.model.nodes[instance.node];
     const tinygltf::Camera& source = load.model.cameras[std::size_t(node.camera)];
     Camera camera;
@@ -72,7 +72,7 @@ Camera framingCamera(const Geometry& geometry) {
 } // namespace
 
 void loadCameras(GltfLoad& load) {
-    std::set<std::string> names;
+    UniqueNames names;
     for (const NodeInstance& instance : load.instances)
         if (load.model.nodes[instance.node].camera >= 0) addCamera(load, instance, names);
     if (!load.scene.cameras.empty()) return;

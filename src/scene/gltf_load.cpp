@@ -86,16 +86,26 @@ void summarise(GltfLoad& load) {
 } // namespace
 
 void GltfLoad::warn(const std::string& text) {
-    auto& all = scene.warnings;
-    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+    if (warned.insert(text).second) scene.warnings.push_back(text);
 }
 
-std::string uniqueName(std::string name, std::set<std::string>& taken) {
+void GltfLoad::addTextureBytes(std::uint64_t bytes, const std::string& parameter) {
+    textureBytes += bytes;
+    if (textureBytes > options.maxTextureBytes)
+        throw Error(ExitCode::Input, document.name() + ": the textures are too large: up to " + parameter + " they take " +
+                                         std::to_string(textureBytes) + " bytes; at most " + std::to_string(options.maxTextureBytes) + " are read",
+                    "many materials have large textures, each a copy of its own", "scale the textures down");
+}
+
+std::string uniqueName(std::string name, UniqueNames& taken) {
     for (char& c : name)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_'; // names are printed on terminals
-    std::string unique = name;
-    for (int n = 2; !taken.insert(unique).second; ++n) unique = name + "#" + std::to_string(n);
-    return unique;
+    const auto [like, isNew] = taken.try_emplace(name, 1);
+    while (!isNew) {
+        std::string numbered = name + "#" + std::to_string(++like->second);
+        if (taken.try_emplace(numbered, 1).second) return numbered;
+    }
+    return name;
 }
 
 std::string nodePlace(std::uint32_t node) { return "nodes[" + std::to_string(node) + "]"; }

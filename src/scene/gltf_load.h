@@ -4,6 +4,7 @@
 #include "scene/gltf_document.h"
 #include "scene/scene.h"
 
+#include <map>
 #include <set>
 
 namespace cmpg {
@@ -22,9 +23,15 @@ struct GltfLoad {
     std::vector<NodeInstance> instances;
     std::set<std::string> ignored; // what the file has and we do not render: named in one warning
     std::uint64_t unusedVertices = 0;
+    std::uint64_t textureBytes = 0; // of all slots so far
+    std::set<std::string> warned = {};
 
-    void warn(const std::string& text);
+    void warn(const std::string& text); // once
+    void addTextureBytes(std::uint64_t bytes, const std::string& parameter); // fails beyond LoadOptions::maxTextureBytes
 };
+
+// Names given so far, and the last number of their likes.
+using UniqueNames = std::map<std::string, std::uint32_t>;
 
 std::vector<NodeInstance> walkNodes(const GltfLoad& load);
 void loadMaterials(GltfLoad& load);
@@ -41,6 +48,6 @@ bool usesDefaultMaterial(const GltfLoad& load);
 std::string nodePlace(std::uint32_t node);
 
 // `name` without control characters, made unique by #2, #3 ...
-std::string uniqueName(std::string name, std::set<std::string>& taken);
+std::string uniqueName(std::string name, UniqueNames& taken);
 
 } // namespace cmpg

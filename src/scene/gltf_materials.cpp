@@ -31,7 +31,7 @@ class MaterialLoader {
 
     GltfLoad& load_;
     ImageCache images_;
-    std::set<std::string> names_;
+    UniqueNames names_;
 };
 
 // A constant parameter, to be replaced by texels if the slot has a texture.
@@ -77,6 +77,7 @@ void MaterialLoader::fill(Parameter& p, const TextureInfo& info, const SlotTexel
         stored[c] = image.channel(texels.channels[c]);
     }
     p.values.clear();
+    load_.addTextureBytes(p.entries() * (image.bytes.empty() ? sizeof(float) : 1), p.name);
     if (!image.bytes.empty()) {
         p.srgb = srgb;
         p.scale = texels.scale;
@@ -104,6 +105,7 @@ void MaterialLoader::addAlphaTexture(Material& material, const TextureInfo& info
     use->address(alpha);
     alpha.width = image.width;
     alpha.height = image.height;
+    load_.addTextureBytes(image.pixels(), material.name);
     alpha.alpha.resize(image.pixels());
     for (std::size_t i = 0; i < image.pixels(); ++i) {
         const std::size_t from = i * image.channels + image.channel(3);

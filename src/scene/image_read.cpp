@@ -1,6 +1,8 @@
 // Reading .exr, .hdr, .png and .jpg files: format by content, size limits before decoding.
+#include "base/byte_stream.h"
 #include "base/error.h"
 #include "scene/image_decode.h"
+#include "scene/image_fence.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -81,6 +83,7 @@ std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std:
 }
 
 RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
+    fenceExr(file);
     MemoryInput stream(file, name);
     // OpenEXR sizes its line table by the header, so it must refuse absurd headers itself.
     static const bool limited = [] {
@@ -121,6 +124,7 @@ RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, 
     if (!stbi_info_from_memory(data, size, &w, &h, &c) || c < 1 || c > 4) throw malformed(name, stbi_failure_reason());
     const bool deep = stbi_is_16_bit_from_memory(data, size);
     checkSize(std::uint64_t(w), std::uint64_t(h), std::uint64_t(c) * (deep ? 4 : 1), name, limits);
+    fenceStb(file, std::uint64_t(w), std::uint64_t(h));
 
     RawImage image;
     std::unique_ptr<void, StbFree> pixels;
@@ -145,7 +149,10 @@ RawImage decodeStb(std::span<const std::uint8_t> file, const std::string& name, 
 }
 
 RawImage decodeRadiance(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
-    return decodeHdr(file, [&](std::uint64_t width, std::uint64_t height) { checkSize(width, height, 3 * sizeof(float), name, limits); });
+    return decodeHdr(file, [&](std::uint64_t width, std::uint64_t height) {
+        checkSize(width, height, 3 * sizeof(float), name, limits);
+        fenceHdr(file, width, height);
+    });
 } catch (const Error&) {
     throw;
 } catch (const std::runtime_error& e) {
@@ -158,7 +165,7 @@ bool startsWith(std::span<const std::uint8_t> file, std::initializer_list<std::u
 
 } // namespace
 
-RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) {
+RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
     RawImage image;
     if (startsWith(file, {0x76, 0x2f, 0x31, 0x01}))
         image = decodeExr(file, name, limits);
@@ -170,6 +177,8 @@ RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name
         throw malformed(name, "its content is none of .exr, .hdr, .png, .jpg");
     checkFinite(image, name);
     return image;
+} catch (const Malformed& e) {
+    throw malformed(name, e.what);
 }
 
 float srgbDecode(float encoded) { // IEC 61966-2-1

@@ -123,8 +123,11 @@ struct Scene {
     const Camera& camera(const std::string& name) const; // "" = first
 };
 
+// What is larger is refused, since a small file can ask for much: by instances, shared accessors, and images shared by materials.
 struct LoadOptions {
-    std::size_t maxTextureSize = 8192; // edge; larger is refused with the size it would need
+    std::size_t maxTextureSize = 8192;                                // edge in texels
+    std::uint64_t maxTriangles = std::uint64_t(1) << 27;              // instances included; also a third of the vertices
+    std::uint64_t maxTextureBytes = std::uint64_t(16) << 30;          // of all slots of all materials
 };
 
 // Reads .gltf or .glb exactly as docs/conventions.md says. Throws Error(Input).

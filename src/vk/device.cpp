@@ -16,9 +16,6 @@ namespace cmpg {
 
 namespace {
 
-// Texel buffers must reach 1 GiB of vec4 for the full variants to be used.
-constexpr std::uint64_t kMinTexelElements = std::uint64_t(1) << 26;
-
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
     return text;
@@ -50,7 +47,8 @@ std::uint32_t lavapipeThreads() {
     return threads;
 }
 
-vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uint32_t queueFamily, const DeviceInfo& info) {
+// `robust`: accesses out of range do no harm, where the device can see to it.
+vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uint32_t queueFamily, const DeviceInfo& info, bool robust) {
     const float priority = 1;
     const vk::DeviceQueueCreateInfo queue({}, queueFamily, 1, &priority);
     const vk::PhysicalDeviceFeatures available = physical.getFeatures();
@@ -63,7 +61,7 @@ vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uin
     features12.scalarBlockLayout = true;
     chain.get<vk::PhysicalDeviceVulkan13Features>().maintenance4 = true;
     // Optional ones.
-    features10.robustBufferAccess = available.robustBufferAccess;
+    features10.robustBufferAccess = available.robustBufferAccess && robust;
     features10.shaderInt64 = available.shaderInt64;
     features10.shaderFloat64 = info.float64;
     features12.shaderBufferInt64Atomics = info.int64Atomics;
@@ -91,7 +89,8 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
 }
 
 Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
-    instance = createInstance(options.validation || environmentFlag("CMPG_VALIDATION"));
+    const Validation asked = validationAsked();
+    instance = createInstance(asked == Validation::None && options.validation ? Validation::Calls : asked);
     auto devices = physicalDevices(*instance);
     std::vector<DeviceInfo> infos;
     for (const auto& candidate : devices)
@@ -108,14 +107,13 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
     queueFamily = *computeQueueFamily(physical);
     const std::uint32_t timestampBits = physical.getQueueFamilyProperties()[queueFamily].timestampValidBits;
     timestampMask = timestampBits == 0 ? 0 : ~std::uint64_t(0) >> (64 - timestampBits);
-    portable = options.portable || environmentFlag("CMPG_PORTABLE") || !info.int64Atomics ||
-               info.maxTexelBufferElements < kMinTexelElements;
+    portable = options.portable || environmentFlag("CMPG_PORTABLE") || info.needsPortable;
     driverThreads = isLavapipe(physical) ? lavapipeThreads() : 1;
     // CMPG_STAGING=1 makes transfers go the way they go on a discrete device.
     hostMemory = (info.type == "cpu" || info.type == "integrated") && !environmentFlag("CMPG_STAGING");
 
     translating("creating the Vulkan device '" + info.name + "'", [&] {
-        device = createDevice(physical, queueFamily, info);
+        device = createDevice(physical, queueFamily, info, asked != Validation::Kernels); // the layers look where nothing is to be feared
         queue = device.getQueue(queueFamily, 0);
         transferPool = device.createCommandPool({vk::CommandPoolCreateFlagBits::eResetCommandBuffer, queueFamily});
         transferCommands = vk::raii::CommandBuffers(device, {*transferPool, vk::CommandBufferLevel::ePrimary, 1});
@@ -207,7 +205,7 @@ RawBuffer& Device::Impl::stagingBuffer() {
 }
 
 std::vector<DeviceInfo> Device::list() {
-    const auto instance = createInstance(false);
+    const auto instance = createInstance(Validation::None);
     std::vector<DeviceInfo> infos;
     for (const auto& device : physicalDevices(*instance))
         infos.push_back(describe(device));

@@ -14,6 +14,10 @@
 
 namespace cmpg {
 
+// Storage buffers that a kernel binds at most, in its full and in its portable variant: what a device must allow. Texel buffers, 13 at most,
+// are within what every device allows.
+constexpr std::uint32_t kStorageBuffers = 22, kStorageBuffersPortable = 30;
+
 struct DeviceInfo {
     std::string name;   // as the driver reports it
     std::string driver; // driver name and version
@@ -21,6 +25,7 @@ struct DeviceInfo {
     bool usable = true;
     std::string missing; // why it is not usable: the required features it lacks
     bool int64Atomics = false, float64 = false;
+    bool needsPortable = false; // lacks what the full variants of the kernels take
     std::uint32_t subgroupSize = 0;
     std::uint64_t maxStorageBufferRange = 0;  // bytes
     std::uint64_t maxTexelBufferElements = 0; // elements

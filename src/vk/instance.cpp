@@ -14,6 +14,8 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kApiVersion = VK_API_VERSION_1_3;
+// Texel buffers must reach 1 GiB of vec4 for the full variants of the kernels to be used.
+constexpr std::uint64_t kMinTexelElements = std::uint64_t(1) << 26;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
 // The loader's usual places of driver manifests, for the message when it found no driver.
@@ -94,7 +96,13 @@ void Instance::throwValidationMessages() {
     throw Error(ExitCode::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
 }
 
-std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* const> required) try {
+Validation validationAsked() {
+    if (!environmentFlag("CMPG_VALIDATION"))
+        return Validation::None;
+    return std::strcmp(std::getenv("CMPG_VALIDATION"), "gpu") == 0 ? Validation::Kernels : Validation::Calls;
+}
+
+std::unique_ptr<Instance> createInstance(Validation validation, std::span<const char* const> required) try {
     auto instance = std::make_unique<Instance>();
     const auto extensions = instance->context.enumerateInstanceExtensionProperties();
     std::vector<const char*> layers, enabled(required.begin(), required.end());
@@ -102,7 +110,8 @@ std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* 
         instance->debugUtils = true;
         enabled.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     }
-    if (validation) {
+    const bool validates = validation != Validation::None;
+    if (validates) {
         if (!instance->debugUtils ||
             !contains(instance->context.enumerateInstanceLayerProperties(), &vk::LayerProperties::layerName, kValidationLayer))
             throw Error(ExitCode::Device, "the Vulkan validation layers are not installed", "validation was asked for",
@@ -112,7 +121,9 @@ std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* 
         instance->log = std::make_unique<ValidationLog>();
     }
     const vk::ApplicationInfo application("cmpg-vk", 0, "cmpg-vk", 0, kApiVersion);
-    const vk::ValidationFeatureEnableEXT synchronization = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
+    using Look = vk::ValidationFeatureEnableEXT;
+    const std::vector<Look> looks = validation == Validation::Kernels ? std::vector{Look::eGpuAssisted, Look::eGpuAssistedReserveBindingSlot}
+                                                                      : std::vector{Look::eSynchronizationValidation};
     vk::StructureChain<vk::InstanceCreateInfo, vk::DebugUtilsMessengerCreateInfoEXT, vk::ValidationFeaturesEXT> create(
         {{}, &application, layers, enabled},
         {{},
@@ -120,13 +131,13 @@ std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* 
          vk::DebugUtilsMessageTypeFlagBitsEXT::eValidation,
          onMessage,
          instance->log.get()},
-        {synchronization, {}});
-    if (!validation) {
+        {looks, {}});
+    if (!validates) {
         create.unlink<vk::DebugUtilsMessengerCreateInfoEXT>();
         create.unlink<vk::ValidationFeaturesEXT>();
     }
     instance->handle = instance->context.createInstance(create.get());
-    if (validation) {
+    if (validates) {
         auto messenger = create.get<vk::DebugUtilsMessengerCreateInfoEXT>();
         messenger.pNext = nullptr;
         instance->messenger = instance->handle.createDebugUtilsMessengerEXT(messenger);
@@ -206,6 +217,10 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
                     (v11.subgroupSupportedOperations & subgroup) == subgroup,
                 "subgroup ballot and arithmetic in compute");
     }
+    info.needsPortable = !info.int64Atomics || info.maxTexelBufferElements < kMinTexelElements;
+    const std::uint32_t buffers = info.needsPortable ? kStorageBuffersPortable : kStorageBuffers;
+    require(basic.limits.maxPerStageDescriptorStorageBuffers >= buffers,
+            std::to_string(buffers) + " storage buffers in a kernel (it has " + std::to_string(basic.limits.maxPerStageDescriptorStorageBuffers) + ")");
     info.missing = missing.str();
     info.usable = info.missing.empty();
     return info;

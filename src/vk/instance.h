@@ -33,8 +33,13 @@ struct Instance {
     vk::raii::DebugUtilsMessengerEXT messenger{nullptr};
 };
 
+// What the validation layers look at: calls and their synchronization, or calls and, in every kernel, each access to a buffer.
+enum class Validation { None, Calls, Kernels };
+// What CMPG_VALIDATION says: "" or "0", "gpu", or anything else for calls.
+Validation validationAsked();
+
 // `extensions`: required beside those that are used where present.
-std::unique_ptr<Instance> createInstance(bool validation, std::span<const char* const> extensions = {});
+std::unique_ptr<Instance> createInstance(Validation validation, std::span<const char* const> extensions = {});
 
 // Never empty: throws Error(Device) with the remedy when there is no device at all.
 std::vector<vk::raii::PhysicalDevice> physicalDevices(const Instance& instance);

@@ -11,22 +11,28 @@ namespace cmpg {
 namespace {
 
 void requireCapabilities(const Device::Impl& device, const std::string& name, const KernelInterface& interface) {
-    const auto require = [&](bool needed, bool present, const char* what) {
+    const auto refuse = [&](const std::string& what) {
+        throw Error(ExitCode::Device, "kernel '" + name + "' needs " + what, {}, "choose another device with --device");
+    };
+    const auto require = [&](bool needed, bool present, const std::string& what) {
         if (needed && !present)
-            throw Error(ExitCode::Device, "kernel '" + name + "' needs " + what + ", which '" + device.info.name + "' lacks", {},
-                        "choose another device with --device");
+            refuse(what + ", which '" + device.info.name + "' lacks");
+    };
+    const auto limit = [&](std::uint64_t needed, std::uint64_t most, const std::string& what) {
+        if (needed > most)
+            refuse(std::to_string(needed) + " " + what + ", '" + device.info.name + "' allows " + std::to_string(most));
     };
     require(interface.float64, device.info.float64, "64-bit floats");
     require(interface.int64, device.physical.getFeatures().shaderInt64, "64-bit integers");
     require(interface.int64Atomics, device.info.int64Atomics, "64-bit integer atomics");
     const auto [x, y, z] = interface.localSize;
-    require(std::uint64_t(x) * y * z > device.limits.maxComputeWorkGroupInvocations, false, "larger workgroups");
-    require(interface.pushBytes > device.limits.maxPushConstantsSize, false, "more push constants");
+    limit(std::uint64_t(x) * y * z, device.limits.maxComputeWorkGroupInvocations, "invocations in a workgroup");
+    limit(interface.pushBytes, device.limits.maxPushConstantsSize, "bytes of push constants");
     // lavapipe does not check: with more than it allows, buffers take each other's place.
     const auto storage = std::size_t(std::count_if(interface.bindings.begin(), interface.bindings.end(),
                                                    [](const auto& b) { return b.resource == KernelInterface::Resource::Storage; }));
-    require(storage > device.limits.maxPerStageDescriptorStorageBuffers, false, "more storage buffers");
-    require(interface.bindings.size() - storage > device.limits.maxPerStageDescriptorSampledImages, false, "more texel buffers");
+    limit(storage, device.limits.maxPerStageDescriptorStorageBuffers, "storage buffers");
+    limit(interface.bindings.size() - storage, device.limits.maxPerStageDescriptorSampledImages, "texel buffers");
 }
 
 vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {

@@ -113,5 +113,50 @@ TEST(ProgramBudget, RecoveriesSampleUntilGradientsAreGood) {
     EXPECT_EQ(nlohmann::json::parse(hard.out).at("error").at("missed"), 2);
 }
 
+// Each process has the time of its own, and goes on where the one before ended: together they did what one of as many steps does.
+TEST(ProgramBudget, TimedRecoveriesGoOn) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "target.exr", Image(32, 24, 3, 0.3f));
+    const auto first = runProgram({"optimize", kBox, "--param", "painting.baseColor", "--target", folder / "target.exr", "--schedule", "cosine", "--steps",
+                                   "100000", "--headless", "--max-depth", "4", "--time-budget", "2", "--checkpoint-every", "1", "-o", folder / "a"});
+    ASSERT_EQ(first.code, 0) << first.err;
+    const auto steps = [&] { return nlohmann::json::parse(readText(folder / "a/run.json")).at("stop-after").get<std::uint32_t>(); };
+    const std::uint32_t before = steps();
+    const auto second = runProgram({"optimize", "--resume", folder / "a", "--headless", "--quiet"});
+    ASSERT_EQ(second.code, 0) << second.err;
+    EXPECT_GT(steps(), before);
+    ASSERT_EQ(runProgram({"--config", folder / "a/run.json", "--headless", "--quiet", "-o", folder / "b"}).code, 0);
+    for (const char* name : {"parameters/painting.baseColor.exr", "gradients/painting.baseColor.exr", "final.exr"})
+        EXPECT_TRUE(readText(folder / (std::string("a/") + name)) == readText(folder / (std::string("b/") + name))) << name;
+    const auto past = runProgram({"optimize", "--resume", folder / "a", "--headless", "--quiet", "--stop-after", std::to_string(before)});
+    EXPECT_EQ(past.code, 2);
+    EXPECT_NE(past.err.find("--stop-after"), std::string::npos) << past.err;
+}
+
+TEST(ProgramBudget, ErrorsAreThoseOfTheWholeRecovery) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "target.exr", Image(32, 24, 3, 0.3f));
+    const auto run = [&](const std::string& name, const std::vector<std::string>& more) {
+        return runProgram(joined({"optimize", kBox, "--param", "painting.baseColor", "--target", folder / "target.exr", "--steps", "4", "--headless", "--max-depth",
+                                  "4", "--spp-gradient", "16", "--json", "--quiet", "-o", folder / name},
+                                 more));
+    };
+    const std::vector<std::string> target = {"--error-target", "0.01%"}, goOn = joined(target, {"--resume", folder / "a", "--stop-after", "4"});
+    const auto whole = run("whole", target), half = run("a", joined(target, {"--stop-after", "2"}));
+    ASSERT_EQ(whole.code, 1) << whole.err;
+    EXPECT_EQ(nlohmann::json::parse(half.out).at("error").at("missed"), 2);
+    const auto expected = nlohmann::json::parse(whole.out).at("error");
+    EXPECT_EQ(expected.at("missed"), 4);
+    for (const char* what : {"the other half", "nothing but to write the results again"}) {
+        const auto rest = run("a", goOn);
+        EXPECT_EQ(rest.code, 1) << what << "\n" << rest.err;
+        EXPECT_EQ(nlohmann::json::parse(rest.out).at("error"), expected) << what;
+        EXPECT_TRUE(readText(folder / "a/parameters/painting.baseColor.exr") == readText(folder / "whole/parameters/painting.baseColor.exr")) << what;
+    }
+    const auto refused = run("a", {"--resume", folder / "a", "--error-target", "1%"});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.err.find("--error-target differs"), std::string::npos) << refused.err;
+}
+
 } // namespace
 } // namespace cmpg

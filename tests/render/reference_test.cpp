@@ -33,7 +33,8 @@ Estimate reduce(int width, int height, int channels, const std::vector<std::vect
     return e;
 }
 
-Estimate ours(const nlohmann::json& r) {
+// `share`: of the reference's samples per pixel.
+Estimate ours(const nlohmann::json& r, double share) {
     const std::string what = r["what"];
     RenderConfig config;
     config.maxDepth = r["maxDepth"];
@@ -42,7 +43,7 @@ Estimate ours(const nlohmann::json& r) {
         parameters.push_back(r["parameter"]);
     Bench b(bundledScene(r["scene"]), parameters, config);
     const View view = viewOf(b.scene, 64, 64);
-    const std::uint32_t spp = r["spp"], seeds = r["seeds"].get<std::uint32_t>() / 2; // half the reference's work is enough for a verdict
+    const std::uint32_t spp = std::max(1u, std::uint32_t(share * r["spp"].get<double>())), seeds = r["seeds"].get<std::uint32_t>() / 2; // half the reference's work is enough for a verdict
     std::vector<std::vector<float>> direction = b.ones();
     if (what == "self")
         direction[0] = b.scene.parameters[b.config.differentiable[0]].values;
@@ -112,11 +113,9 @@ std::vector<double> blockScores(const Estimate& a, const Estimate& b, int blocks
     return scores;
 }
 
-class Mitsuba : public testing::TestWithParam<std::string> {};
-
-TEST_P(Mitsuba, Agrees) {
-    const nlohmann::json r = references()[GetParam()];
-    const Estimate a = ours(r), b = theirs(r, a.channels);
+void expectAgreement(const std::string& name, double share) {
+    const nlohmann::json r = references()[name];
+    const Estimate a = ours(r, share), b = theirs(r, a.channels);
     ASSERT_EQ(a.mean.size(), b.mean.size());
     const double covariance = texelCovariance(r);
 
@@ -152,6 +151,13 @@ TEST_P(Mitsuba, Agrees) {
     EXPECT_LE(std::abs(scores.back()), 12) << "a block that no tail explains";
 }
 
+class Mitsuba : public testing::TestWithParam<std::string> {};
+class MitsubaFewSamples : public testing::TestWithParam<std::string> {};
+
+TEST_P(Mitsuba, Agrees) { expectAgreement(GetParam(), 1); }
+// For devices that are slow: the same bars, wider errors. Larger faults of a driver than a few per cent show.
+TEST_P(MitsubaFewSamples, Agrees) { expectAgreement(GetParam(), 1.0 / 16); }
+
 // The noisy ones need many samples: they are the long tests.
 std::vector<std::string> names(bool noisy) {
     std::vector<std::string> chosen;
@@ -169,6 +175,7 @@ std::string testName(const testing::TestParamInfo<std::string>& reference) {
 }
 
 INSTANTIATE_TEST_SUITE_P(References, Mitsuba, testing::ValuesIn(names(false)), testName);
+INSTANTIATE_TEST_SUITE_P(References, MitsubaFewSamples, testing::Values("box_image", "box_white.baseColor_one", "box_painting.baseColor_reverse"), testName);
 INSTANTIATE_TEST_SUITE_P(FullReferences, Mitsuba, testing::ValuesIn(names(true)), testName);
 
 } // namespace

@@ -9,9 +9,13 @@
 
 namespace cmpg::test {
 
-// One device for all tests of a process; kernels' compilation is cached by the driver.
+// One device for all tests of a process. Kernels are kept: not every driver caches their compilation.
 inline Device& device() {
-    static Device d{Device::Options{}};
+    static Device d = [] {
+        Device made{Device::Options{}};
+        made.keepKernels();
+        return made;
+    }();
     return d;
 }
 

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <unistd.h>
 
 namespace cmpg {
 namespace {
@@ -60,6 +63,29 @@ TEST(Device, SaysWhatToInstallWhenThereIsNone) {
     }
 }
 
+// A driver that answers every question and computes nothing lacks nearly all that is asked for.
+TEST(Device, NamesWhatADeviceLacks) {
+    if (!*CMPG_MOCK_DRIVER)
+        GTEST_SKIP() << "there is no driver that lacks something: the package chromium-common has one, libVkICD_mock_icd.so";
+    const auto manifest = std::filesystem::temp_directory_path() / ("cmpg-driver-" + std::to_string(getpid()) + ".json");
+    std::ofstream(manifest) << R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" << CMPG_MOCK_DRIVER << R"(", "api_version": "1.3.0"}})";
+    const Environment icd("VK_ICD_FILENAMES", manifest.c_str()), files("VK_DRIVER_FILES", nullptr);
+    const auto devices = Device::list();
+    ASSERT_EQ(devices.size(), 1u);
+    EXPECT_FALSE(devices[0].usable);
+    EXPECT_NE(devices[0].missing.find("scalarBlockLayout"), std::string::npos) << devices[0].missing;
+    EXPECT_NE(devices[0].missing.find("subgroup ballot"), std::string::npos) << devices[0].missing;
+    for (const char* select : {"", "0"})
+        try {
+            Device({.select = select, .validation = false, .portable = false});
+            FAIL() << "a device that lacks " << devices[0].missing << " was taken";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code, ExitCode::Device);
+            EXPECT_NE((error.what() + error.cause).find(devices[0].missing), std::string::npos) << error.what() << "\n" << error.cause;
+        }
+    std::filesystem::remove(manifest);
+}
+
 TEST(Device, PortableByEnvironment) {
     const Environment portable("CMPG_PORTABLE", "1");
     EXPECT_TRUE(Device({}).portable());
@@ -97,6 +123,31 @@ TEST(Device, ValidationFindsAMissingBarrier) {
         FAIL() << "two writes without a barrier passed";
     } catch (const Error& error) {
         EXPECT_NE(error.cause.find("WRITE_AFTER_WRITE"), std::string::npos) << error.cause;
+    }
+}
+
+// Where the layers can look into kernels; drivers themselves let such accesses pass.
+TEST(Device, ValidationFindsAnAccessOutOfRange) {
+    const Environment kernels("CMPG_VALIDATION", "gpu");
+    std::unique_ptr<Device> device;
+    try {
+        device = std::make_unique<Device>(Device::Options{});
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const Kernel kernel(*device, "write_index");
+    const Buffer result(*device, "result", 64 * 4, MemoryKind::Transient);
+    const auto write = [&](std::uint32_t count) {
+        Commands commands(*device);
+        commands.dispatch(kernel, Bindings().set(0, result), count, count);
+        commands.submitAndWait();
+    };
+    EXPECT_NO_THROW(write(64));
+    try {
+        write(65);
+        FAIL() << "a write beyond the end passed";
+    } catch (const Error& error) {
+        EXPECT_NE(error.cause.find("write_index"), std::string::npos) << error.cause;
     }
 }
 

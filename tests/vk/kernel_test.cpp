@@ -253,6 +253,17 @@ TEST(Kernel, IsKeptForOthersOnceAskedFor) {
     EXPECT_NE(Kernel(device, "prepare_dispatch", constants).impl(), kept);
 }
 
+// The kernel has 64-bit integers in both variants, which those of the program have in the full one alone.
+TEST(Kernel, NamesWhatTheDeviceLacks) {
+    try {
+        const Kernel kernel(test::device(), "push_layout");
+    } catch (const Error& error) {
+        EXPECT_FALSE(test::device().info().int64Atomics);
+        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_NE(std::string(error.what()).find("64-bit integers"), std::string::npos) << error.what();
+    }
+}
+
 TEST(Kernel, UnknownNameIsRefused) { EXPECT_THROW(Kernel(test::device(), "no_such_kernel"), std::logic_error); }
 
 } // namespace

@@ -1,7 +1,9 @@
 // SPIR-V reflection and the table of kernels. Expected values are read off the GLSL of tests/shaders.
+#include "vk/device.h"
 #include "vk/spirv.h"
 #include "vk/spirv_reflection.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace cmpg {
@@ -66,6 +68,10 @@ TEST(Reflection, RefusesWhatIsNoSpirv) {
 
 // Kernels of ours are portable by construction: every one declares what src/vk can bind, in both variants.
 TEST(Reflection, EveryKernelOfTheLibrary) {
+    const auto storageBuffers = [](const KernelInterface& kernel) {
+        return std::uint32_t(std::count_if(kernel.bindings.begin(), kernel.bindings.end(), [](const auto& b) { return b.resource == Resource::Storage; }));
+    };
+    std::uint32_t most = 0, mostPortable = 0; // storage buffers, what is asked of devices
     for (const EmbeddedKernel& kernel : embeddedKernels()) {
         SCOPED_TRACE(kernel.name);
         const KernelInterface portable = reflect(kernel.portable);
@@ -73,8 +79,15 @@ TEST(Reflection, EveryKernelOfTheLibrary) {
         EXPECT_FALSE(portable.int64 || portable.int64Atomics || portable.float64);
         for (const auto& binding : portable.bindings)
             EXPECT_EQ(binding.resource, Resource::Storage) << "binding " << binding.number;
-        EXPECT_LE(reflect(kernel.full).pushBytes, 128u);
+        const KernelInterface full = reflect(kernel.full);
+        EXPECT_LE(full.pushBytes, 128u);
+        EXPECT_FALSE(full.float64);
+        EXPECT_LE(full.bindings.size() - storageBuffers(full), 16u); // sampled images a stage: what Vulkan guarantees
+        most = std::max(most, storageBuffers(full));
+        mostPortable = std::max(mostPortable, storageBuffers(portable));
     }
+    EXPECT_EQ(most, kStorageBuffers);
+    EXPECT_EQ(mostPortable, kStorageBuffersPortable);
 }
 
 } // namespace

@@ -32,7 +32,7 @@ std::optional<std::uint32_t> presentingFamily(const vk::raii::PhysicalDevice& de
 } // namespace
 
 GraphicsDevice::GraphicsDevice(GLFWwindow* glfw, const std::string& select) : window(glfw) {
-    instance = createInstance(environmentFlag("CMPG_VALIDATION"), windowExtensions());
+    instance = createInstance(validationAsked(), windowExtensions());
     VkSurfaceKHR raw = VK_NULL_HANDLE;
     if (glfwCreateWindowSurface(static_cast<VkInstance>(*instance->handle), window, nullptr, &raw) != VK_SUCCESS)
         throw Error(ExitCode::Device, "Vulkan cannot draw into a window of this display", "the driver does not support the display", kHeadlessRemedy);

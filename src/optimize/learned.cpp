@@ -1,0 +1,51 @@
+// What an optimisation's passes have learned, as bytes.
+#include "optimize/learned.h"
+
+#include "guiding/guide_file.h"
+
+namespace cmpg {
+namespace {
+
+void put(ByteWriter& out, const SamplingChoice::State& choice) {
+    out.count(choice.figures.size());
+    for (const SamplingFigures& figures : choice.figures)
+        putFigures(out, figures);
+    out.put(std::uint64_t(choice.last));
+}
+
+SamplingChoice::State getChoice(ByteReader& in) {
+    SamplingChoice::State choice;
+    choice.figures.resize(in.count(2 * 8 + 4));
+    for (SamplingFigures& figures : choice.figures)
+        figures = getFigures(in);
+    choice.last = std::size_t(in.get<std::uint64_t>());
+    return choice;
+}
+
+} // namespace
+
+void putLearned(ByteWriter& out, const GuidedState& state, const SdTree* tree) {
+    put(out, state.images);
+    put(out, state.derivatives);
+    out.put(state.reference);
+    out.put(std::uint8_t(state.trained));
+    out.put(state.step);
+    out.put(std::uint8_t(tree != nullptr));
+    if (tree)
+        putTree(out, *tree);
+}
+
+Learned getLearned(ByteReader& in) {
+    Learned learned;
+    learned.state.images = getChoice(in);
+    learned.state.derivatives = getChoice(in);
+    learned.state.reference = in.figure("the reference of the roulette");
+    learned.state.trained = in.get<std::uint8_t>() != 0;
+    learned.state.step = in.get<std::uint32_t>();
+    if (in.get<std::uint8_t>() != 0)
+        learned.tree = getTree(in);
+    in.end();
+    return learned;
+}
+
+} // namespace cmpg
