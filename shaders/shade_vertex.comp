@@ -114,7 +114,7 @@ void shadeEscaped(uint slot, Ray ray) {
 bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, GuidePoint g, vec3 wo, vec4 u,
                   OUT(vec3) direct, OUT(LightSample) light) {
     direct = vec3(0);
-    const LightChoice choice = chooseLightSample(scene, p.position, sampling.normal, u);
+    const LightChoice choice = chooseLightSample(scene, p.position, sampling.surface, sampling.normal, wo, u);
     light = sampleLight(scene, p.position, choice.u);
     if (choice.weight == 0.0) light.density = 0.0;
     bool wanted = false;

@@ -6,9 +6,10 @@ struct LightChoice {
     float weight; // on the sample's estimate: keeps the expectation that a single sample would have
 };
 
-// What a light sample brings to a white diffuse surface without shadow, divided by its density, up to a factor that all share. Lights are
-// selected by power, so their radiance cancels; what is left is where they are and how they are turned.
-float expectedLight(SceneInfo scene, vec3 position, vec3 normal, vec3 u) {
+// What a light sample brings to the surface without shadow, divided by its density, up to a factor that all share. Lights are selected by
+// power, so their radiance cancels; what is left is where they are, how they are turned, and how the surface scatters: its sampling density,
+// in which its colour cancels too.
+float expectedLight(SceneInfo scene, vec3 position, Surface surface, vec3 normal, vec3 wo, vec3 u) {
     const uint light = selectLight(scene.lights, u.x) * kLightTexels;
     const uint kind = lightTexel(light).x;
     const vec4 where = uintBitsToFloat(lightTexel(light + 1)), along = uintBitsToFloat(lightTexel(light + 2)), extent = uintBitsToFloat(lightTexel(light + 3));
@@ -40,11 +41,13 @@ float expectedLight(SceneInfo scene, vec3 position, vec3 normal, vec3 u) {
         if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
     }
     // Where values are offset from those that sampling goes by, another side of the surface may be lit.
-    return brought * max(dot(normal, direction), kFrozen ? 0.02 : 0.0);
+    const float white = max(dot(normal, direction), kFrozen ? 0.02 : 0.0) * kInvPi;
+    // The white share stays where the lobes send nothing, but a derivative may.
+    return brought * (hasSpecular(surface) ? mix(white, bsdfPdf(surface, normal, wo, direction), 0.9) : white);
 }
 
 // `normal` faces where the path came from. u.w: which one is taken.
-LightChoice chooseLightSample(SceneInfo scene, vec3 position, vec3 normal, vec4 u) {
+LightChoice chooseLightSample(SceneInfo scene, vec3 position, Surface surface, vec3 normal, vec3 wo, vec4 u) {
     // Steps of an additive sequence that fills the cube evenly: every candidate is distributed as the first one is.
     const vec3 step = vec3(0.8191725134, 0.6710436067, 0.5497004779);
     LightChoice choice = LightChoice(u.xyz, 1.0);
@@ -52,7 +55,7 @@ LightChoice chooseLightSample(SceneInfo scene, vec3 position, vec3 normal, vec4 
     float total = 0.0, chosen = 0.0, remaining = u.w;
     for (uint i = 0; i < kLightCandidates; ++i) {
         const vec3 candidate = fract(u.xyz + float(i) * step);
-        const float expected = expectedLight(scene, position, normal, candidate);
+        const float expected = expectedLight(scene, position, surface, normal, wo, candidate);
         total += expected;
         const float share = total > 0.0 ? expected / total : 0.0;
         if (remaining < share) {
