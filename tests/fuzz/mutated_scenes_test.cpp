@@ -1,8 +1,10 @@
 // Scenes as strangers may make them: what loads is rendered and differentiated, and no number that is none comes out. With CMPG_VALIDATION=gpu
 // also no kernel reads or writes out of range, which would end a pass with an error.
+#include "base/error.h"
 #include "support/render_fixture.h"
 #include "support/scene_mutation.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -23,10 +25,27 @@ std::string readText(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// A kernel whose every access is looked at takes up to a minute to compile: those of derivative images are left to the long test.
+const bool kLooked = std::getenv("CMPG_VALIDATION") && std::string(std::getenv("CMPG_VALIDATION")) == "gpu";
+
+// The tree after records everywhere, so that the first pass is a guided one.
+SdTree learned(SdTree tree) {
+    std::vector<CellRecords> records;
+    for (std::uint32_t cell = 0; cell < tree.cells().size(); ++cell) {
+        std::array<GuideMass, 4> leaf;
+        leaf.fill({1, 0.5, 0.25});
+        records.push_back({cell, 30, 40, 30, std::vector(tree.cells()[cell].nodes.size(), leaf)});
+    }
+    tree.update(records);
+    return tree;
+}
+
 class MutatedScenes : public testing::Test {
   protected:
     void SetUp() override {
         fs::create_directories(folder_);
+        writePng(folder_ / "image.png", Image(2, 2, 3, 0.5f)); // what seeds name beside themselves
+        std::ofstream(folder_ / "data.bin") << std::string(256, '?');
         device().keepKernels(); // all scenes use the same ones
     }
     void TearDown() override {
@@ -35,7 +54,8 @@ class MutatedScenes : public testing::Test {
     }
 
     // Changes of the fuzzer's seeds, as many of each; the first is none.
-    void run(std::uint32_t changes) {
+    void run(std::uint32_t changes, bool forward) {
+        forward_ = forward;
         std::vector<fs::path> seeds;
         for (const auto& entry : fs::directory_iterator(CMPG_SOURCE_DIR "/tests/fuzz/corpus/scene"))
             if (entry.path().extension() == ".gltf")
@@ -47,7 +67,7 @@ class MutatedScenes : public testing::Test {
             for (std::uint32_t change = 0; change < changes; ++change) {
                 nlohmann::json json = whole;
                 test::SceneMutation mutation(change);
-                for (std::uint32_t i = 0; i < std::min(change, 1 + change % 4); ++i)
+                for (std::uint32_t i = 0; i < std::min(change, 1 + change % 2); ++i)
                     mutation.apply(json);
                 SCOPED_TRACE(seed.filename().string() + ", change " + std::to_string(change));
                 tryScene(json);
@@ -59,6 +79,7 @@ class MutatedScenes : public testing::Test {
 
     std::uint32_t loaded_ = 0, refused_ = 0;
     std::uint64_t dropped_ = 0;
+    bool forward_ = true;
 
   private:
     void tryScene(const nlohmann::json& json) {
@@ -88,6 +109,7 @@ class MutatedScenes : public testing::Test {
         for (const Parameter& p : scene.parameters)
             ones.emplace_back(p.entries(), 1.0f);
         Renderer renderer(device(), scene, config);
+        renderer.setGuide(learned(renderer.guide()));
         constexpr int kWidth = 16, kHeight = 12;
         const Image adjoint(kWidth, kHeight, 3, 1.0f);
         std::vector<std::vector<double>> gradients;
@@ -95,13 +117,14 @@ class MutatedScenes : public testing::Test {
             const View view{&scene.cameras[camera], kWidth, kHeight};
             renderer.setSampling({});
             expectFinite(renderer.render(view, 1, {1, 0, 0}).values, "image");
-            expectFinite(renderer.forward(view, 1, {1, 0, 1}, config.differentiable, ones).values, "derivative");
-            renderer.setSampling({.record = true, .measure = true});
-            renderer.reverse(view, 2, {1, 0, 3}, adjoint, {}, {}, gradients);
-            renderer.updateGuide();
-            const double reference = renderer.lastPass().reference;
-            renderer.setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = reference});
-            renderer.reverse(view, 2, {1, 1, 1}, adjoint, {}, {}, gradients);
+            renderer.setSampling({.kind = Sampling::Conditional});
+            if (forward_)
+                expectFinite(renderer.forward(view, 1, {1, 0, 1}, config.differentiable, ones).values, "derivative");
+            renderer.setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = 1});
+            for (std::uint32_t step = 0; step < 2; ++step) {
+                renderer.reverse(view, 2, {1, step, 1}, adjoint, {}, {}, gradients);
+                renderer.updateGuide();
+            }
         }
         for (const std::vector<double>& gradient : gradients)
             expectFinite(gradient, "gradient");
@@ -118,12 +141,12 @@ class MutatedScenes : public testing::Test {
 };
 
 TEST_F(MutatedScenes, StayWithinNumbersAndBounds) {
-    run(25);
-    EXPECT_GE(loaded_, 30u); // else the changes only break files
+    run(30, !kLooked);
+    EXPECT_GE(loaded_, 25u); // else the changes only break files
     EXPECT_GE(refused_, 5u); // else they hardly change them
 }
 
-TEST_F(MutatedScenes, FullStayWithinNumbersAndBounds) { run(1000); }
+TEST_F(MutatedScenes, FullStayWithinNumbersAndBounds) { run(1000, true); }
 
 } // namespace
 } // namespace cmpg

@@ -51,28 +51,26 @@ class SceneMutation {
             return;
         const auto [parent, value] = pick();
         Json other = *pick().value; // a copy: it may hold the value, or be held by it
-        switch (below(8)) {
+        switch (below(12)) { // most often what still may load
         case 0:
-        case 1:
-        case 2:
-            alter(*value);
-            break;
-        case 3:
             *value = std::move(other);
             break;
-        case 4: // of another type
+        case 1: // of another type
             *value = std::vector<Json>{nullptr, true, "x", Json::array(), Json::object(), 0, 1.5}[below(7)];
             break;
-        case 5:
+        case 2:
             remove(*parent, value);
             break;
-        case 6: // one more of a list
+        case 3: // one more of a list
             if (parent->is_array())
                 parent->push_back(std::move(other));
             break;
-        default:
+        case 4:
             if (parent->is_array() && parent->size() > 1)
                 std::swap((*parent)[below(parent->size())], (*parent)[below(parent->size())]);
+            break;
+        default:
+            alter(*value);
             break;
         }
     }
@@ -106,7 +104,7 @@ class SceneMutation {
 
     // Embedded data: a word of it, or a byte; other texts: a character.
     void alterText(std::string& text) {
-        constexpr std::uint32_t kWords[] = {0, 1, 0x3f800000, 0xbf800000, 0x7f7fffff, 0xff7fffff, 0x7f800000, 0x7fc00000, 0x00800000, 0x80000000, 0xffffffff, 0x5f000000, 0x20000000};
+        constexpr std::uint32_t kWords[] = {0, 1, 0x3f800000, 0xbf800000, 0x7f7fffff, 0xff7fffff, 0x7fc00000, 0x00800000, 0x80000000, 0x5f000000, 0x20000000};
         if (text.rfind("data:", 0) != 0) {
             if (!text.empty())
                 text[below(text.size())] = char(32 + below(95));
