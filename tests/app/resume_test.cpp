@@ -114,7 +114,8 @@ void Resume::killAndResume(int kills) {
     uninterrupted(); // kernels are in the driver's cache from here on
     const auto begin = std::chrono::steady_clock::now();
     const Files expected = uninterrupted();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const auto since = [](auto moment) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count(); };
+    const double seconds = since(begin);
     std::mt19937 random(11);
     double latest = seconds;
     int survived = 0, amidst = 0, finished = 0;
@@ -122,6 +123,8 @@ void Resume::killAndResume(int kills) {
         const std::string name = "run" + std::to_string(run);
         const Arguments arguments = command(name, {"--checkpoint-every", "1", "--resume", folder_ / name});
         for (bool done = false; !done;) {
+            const bool whole = !fs::exists(folder_ / name);
+            const auto started = std::chrono::steady_clock::now();
             RunningProgram program(arguments, folder_ / "output");
             if (survived < kills) {
                 const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(std::uniform_real_distribution<double>(0, latest)(random));
@@ -137,6 +140,8 @@ void Resume::killAndResume(int kills) {
                 std::cout << survived << " kills" << std::endl;
             if (killed && rows(name) == 0)
                 latest *= 1.1; // the machine has become slower
+            if (!killed && whole)
+                latest = since(started); // or faster
             amidst += killed && rows(name) > 0 && rows(name) < kSteps;
             done = !killed;
         }
