@@ -122,7 +122,7 @@ std::unique_ptr<Instance> createInstance(Validation validation, std::span<const 
     }
     const vk::ApplicationInfo application("cmpg-vk", 0, "cmpg-vk", 0, kApiVersion);
     using Look = vk::ValidationFeatureEnableEXT;
-    const std::vector<Look> looks = validation == Validation::Kernels ? std::vector{Look::eGpuAssisted, Look::eGpuAssistedReserveBindingSlot}
+    const std::vector<Look> looks = validation == Validation::Kernels ? std::vector{Look::eGpuAssisted, Look::eGpuAssistedReserveBindingSlot, Look::eSynchronizationValidation}
                                                                       : std::vector{Look::eSynchronizationValidation};
     vk::StructureChain<vk::InstanceCreateInfo, vk::DebugUtilsMessengerCreateInfoEXT, vk::ValidationFeaturesEXT> create(
         {{}, &application, layers, enabled},

@@ -33,7 +33,7 @@ struct Instance {
     vk::raii::DebugUtilsMessengerEXT messenger{nullptr};
 };
 
-// What the validation layers look at: calls and their synchronization, or calls and, in every kernel, each access to a buffer.
+// What the validation layers look at: calls and their synchronization, or in kernels each access to a buffer as well.
 enum class Validation { None, Calls, Kernels };
 // What CMPG_VALIDATION says: "" or "0", "gpu", or anything else for calls.
 Validation validationAsked();

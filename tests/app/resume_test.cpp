@@ -114,7 +114,8 @@ void Resume::killAndResume(int kills) {
     uninterrupted(); // kernels are in the driver's cache from here on
     const auto begin = std::chrono::steady_clock::now();
     const Files expected = uninterrupted();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const auto since = [](auto moment) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count(); };
+    const double seconds = since(begin);
     std::mt19937 random(11);
     double latest = seconds;
     int survived = 0, amidst = 0, finished = 0;
@@ -122,20 +123,25 @@ void Resume::killAndResume(int kills) {
         const std::string name = "run" + std::to_string(run);
         const Arguments arguments = command(name, {"--checkpoint-every", "1", "--resume", folder_ / name});
         for (bool done = false; !done;) {
+            const bool whole = !fs::exists(folder_ / name);
+            const auto started = std::chrono::steady_clock::now();
             RunningProgram program(arguments, folder_ / "output");
             if (survived < kills) {
                 const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(std::uniform_real_distribution<double>(0, latest)(random));
                 while (program.running() && std::chrono::steady_clock::now() < until)
                     std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }
-            const bool killed = survived < kills && program.running();
-            if (killed)
+            if (survived < kills && program.running())
                 program.kill(SIGKILL);
             const ProgramResult result = program.wait();
-            ASSERT_EQ(result.code, killed ? 128 + SIGKILL : 0) << result.err;
-            survived += killed;
+            const bool killed = result.code == 128 + SIGKILL; // it may have ended just before
+            ASSERT_TRUE(killed || result.code == 0) << result.code << "\n" << result.err;
+            if (killed && ++survived % 20 == 0)
+                std::cout << survived << " kills" << std::endl;
             if (killed && rows(name) == 0)
                 latest *= 1.1; // the machine has become slower
+            if (!killed && whole)
+                latest = since(started); // or faster
             amidst += killed && rows(name) > 0 && rows(name) < kSteps;
             done = !killed;
         }
