@@ -5,6 +5,7 @@
 #include "app/optimize_options.h"
 #include "base/error.h"
 #include "live/display_stream.h"
+#include "scene/file_io.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -108,7 +109,7 @@ void validateOptimize(const Options& o) {
 
 void validateOpen(const Options& o) {
     const std::filesystem::path extension = std::filesystem::path(o.input).extension();
-    if (extension != ".gltf" && extension != ".glb" && !std::filesystem::exists(o.input))
+    if (extension != ".gltf" && extension != ".glb" && !fileExists(o.input))
         refuse("'" + o.input + "' is neither a command nor a scene", "see cmpg-vk --help");
     if (o.headless)
         refuse("--headless opens no window, and no command says what else to do",

@@ -2,6 +2,7 @@
 #include "app/options.h"
 
 #include "base/error.h"
+#include "scene/file_io.h"
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -215,7 +216,7 @@ std::string absolutePath(const std::string& path) {
 std::string absoluteAssignment(const std::string& text) {
     const std::size_t equals = text.find('=');
     const std::string file = equals == std::string::npos ? text : text.substr(equals + 1);
-    if (!std::filesystem::exists(file))
+    if (!fileExists(file))
         return text;
     return (equals == std::string::npos ? "" : text.substr(0, equals + 1)) + absolutePath(file);
 }

@@ -1,6 +1,7 @@
 // --target: an image, and the camera it was taken by.
 #include "app/targets.h"
 
+#include "scene/file_io.h"
 #include "scene/image.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const 
     if (equals != std::string::npos) {
         const std::string camera = text.substr(0, equals);
         const bool known = std::any_of(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == camera; });
-        if (known || !std::filesystem::exists(text)) {
+        if (known || !fileExists(text)) {
             scene.camera(camera); // an error here names the cameras there are
             return {camera, loadTarget(text.substr(equals + 1), how)};
         }

@@ -11,6 +11,11 @@
 namespace cmpg {
 namespace fs = std::filesystem;
 
+bool fileExists(const fs::path& file) {
+    std::error_code ignored;
+    return fs::exists(file, ignored);
+}
+
 Bytes readFile(const fs::path& file, std::uintmax_t maxBytes) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);

@@ -2,6 +2,7 @@
 #include "scene/gltf_export.h"
 
 #include "base/error.h"
+#include "scene/file_io.h"
 #include "scene/image_decode.h"
 
 #include <map>
@@ -31,7 +32,7 @@ void copyReference(Json& holder, const JsonView& view, const GltfDocument& sourc
     const JsonView uri = view["uri"];
     if (!uri.exists() || isDataUri(uri.string())) return;
     const fs::path file = source.resolve(uri);
-    if (!fs::exists(file)) return; // nothing that is shown needs it, or the scene would not have loaded
+    if (!fileExists(file)) return; // nothing that is shown needs it, or the scene would not have loaded
     holder["uri"] = folder.copy(file, file.lexically_relative(source.folder()));
 }
 

@@ -34,6 +34,7 @@ TEST(Program, ExitCodes) {
         {{}, 2, "no command"},
         {{"--frobnicate"}, 2, "frobnicate"},
         {{"frobnicate"}, 2, "neither a command nor a scene"},
+        {{std::string(300, 'x')}, 2, "neither a command nor a scene"}, // too long for a file to have it
         {{"--headless", scene}, 2, "--headless render"},
         {{"render"}, 2, "scene"},
         {{"render", scene}, 2, "-o"},
