@@ -28,7 +28,7 @@ struct CompareSubject {
     std::vector<std::vector<float>> truth; // their values before --set: what an optimisation is to find
     View view;
     std::vector<std::vector<float>> directions; // forward
-    Image adjoint;                              // reverse: given, or made by makePictures()
+    Image adjoint;                              // reverse: given, or made by beginComparison()
     bool steps = false;                         // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
     Target target;                              // empty without --target
     Image picture;                              // of the scene as it is set, for the report
