@@ -2,6 +2,7 @@
 #include "guiding/sampling_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -10,8 +11,10 @@ namespace {
 
 constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in rays of an unguided one, on a CPU
 constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
+constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
 constexpr std::uint32_t kRounds = 2;        // every way is tried so often before one is chosen
-constexpr std::uint32_t kReconsider = 16;   // passes between two later trials
+constexpr std::uint32_t kReconsider = 32;   // passes between two later trials
+constexpr std::uint32_t kRefresh = 4;       // passes before such a trial that learn for it
 constexpr double kHopeless = 4;             // a way whose score is so many times the best one's is not tried again
 
 } // namespace
@@ -38,6 +41,8 @@ SamplingFigures SamplingChoice::figures(std::size_t way) const {
     SamplingFigures f = state_.figures[way];
     if (!ways_[way].roulette && differencesTell())
         f.variance = *differences_[way].variance() * unit_;
+    else if (std::find(state_.ratios.begin(), state_.ratios.end(), 0.0) == state_.ratios.end())
+        f.variance *= state_.ratios[way];
     return f;
 }
 
@@ -75,6 +80,18 @@ SamplingWay SamplingChoice::next(std::uint32_t pass) const {
     return chosen;
 }
 
+bool SamplingChoice::repeats(std::uint32_t pass) const {
+    const std::uint32_t count = std::uint32_t(ways_.size());
+    if (pass < kRounds * count)
+        return count > 1 && pass >= (kRounds - 1) * count;
+    return count > 1 && pass % kReconsider == 0 && pass / kReconsider / count % 2 == 1;
+}
+
+bool SamplingChoice::rests(std::uint32_t pass) const {
+    const std::uint32_t sinceTrial = pass % kReconsider;
+    return pass >= kRounds * ways_.size() && best() == SamplingWay{} && sinceTrial > 0 && sinceTrial < kReconsider - kRefresh;
+}
+
 void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting) {
     const std::size_t i = indexOf(way);
     if (i == ways_.size())
@@ -99,17 +116,27 @@ void SamplingChoice::observeResult(const SamplingWay& way, std::span<const doubl
     unit_ = unit;
 }
 
+void SamplingChoice::observeRepetition(const SamplingWay& way, double ratio) {
+    const std::size_t i = indexOf(way);
+    if (i == ways_.size() || !(ratio > 0) || !std::isfinite(ratio))
+        return;
+    double& known = state_.ratios[i];
+    known = known > 0 ? known + kNewRatioWeight * (ratio - known) : ratio;
+}
+
 void SamplingChoice::observeRoulette(Sampling kind, double varianceRatio, double raysRatio) {
     const std::size_t plain = indexOf({kind, false}), i = indexOf({kind, true});
     if (plain == ways_.size() || i == ways_.size())
         return;
     const SamplingFigures f = figures(plain);
     state_.figures[i] = {f.variance * varianceRatio, f.rays * raysRatio, f.passes};
+    state_.ratios.assign(ways_.size(), 0.0); // of figures from moments
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {
     if (const std::size_t i = indexOf(way); i < ways_.size())
         state_.figures[i] = figures;
+    state_.ratios.assign(ways_.size(), 0.0);
     differences_.assign(ways_.size(), {});
 }
 

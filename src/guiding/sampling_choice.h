@@ -29,11 +29,17 @@ struct SamplingFigures {
 // Chooses by variance x rays; guided rays count more, for the look-ups they need. No clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
-    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{.figures = std::vector<SamplingFigures>(ways_.size())}, differences_(ways_.size()) {}
+    explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{std::vector<SamplingFigures>(ways_.size()), std::vector<double>(ways_.size())}, differences_(ways_.size()) {}
 
     // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
     // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
+    // Whether that pass is to run twice, for observeRepetition(): once for every way in the first round that has a guide, and in every other round of
+    // later trials.
+    bool repeats(std::uint32_t pass) const;
+    // Whether nothing has to be learned in that pass: the way found best needs no guide, and no trial that does is near. A guide that is drawn
+    // from every 32nd pass learns in the four before.
+    bool rests(std::uint32_t pass) const;
     SamplingWay best() const;  // of those that were measured; the first where none was
     Sampling bestKind() const; // of the ways without roulette
     // `drifting`: what is estimated changes from pass to pass, as the adjoint of an optimisation does. A change of the figures between two
@@ -43,6 +49,9 @@ class SamplingChoice {
     // variance(), for a variance summed over the result's entries. Where passes of every way without roulette can be told apart by it, the
     // figures hold the variance from differences in place of the one observed.
     void observeResult(const SamplingWay& way, std::span<const double> result, double unit);
+    // The variance of a pass that ran twice, from how its results differ, over that which observe() was told. Once it is known for every way,
+    // figures count it in: only it sees what Sobol points gain, and it holds while the variance itself drifts.
+    void observeRepetition(const SamplingWay& way, double ratio);
     // The way of a kind with roulette, by ratios to the one without.
     void observeRoulette(Sampling kind, double varianceRatio, double raysRatio);
 
@@ -52,6 +61,7 @@ class SamplingChoice {
     // All that next() and observe() go by in an optimisation, beside the ways: no results are observed there.
     struct State {
         std::vector<SamplingFigures> figures;
+        std::vector<double> ratios; // of observeRepetition(); 0: not known
         std::size_t last = ~std::size_t(0); // way observed last
     };
     const State& state() const { return state_; }

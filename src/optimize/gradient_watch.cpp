@@ -72,7 +72,7 @@ std::vector<GradientWatch::Finding> GradientWatch::observe(const StepReport& rep
                             "gradients are all but zero, and the loss is not: values may be at the end of their range, or no path brings light from them to "
                             "the image. Begin elsewhere with --set, or raise --spp-gradient or --max-depth",
                             {{"norm", norm}, {"largest", largest_}, {"loss", loss}}});
-    if (noisy_.observe(report.concentration > kNoisy, 16))
+    if (report.concentration > 0 && noisy_.observe(report.concentration > kNoisy, 16)) // 0: not measured
         findings.push_back({"gradients_noisy",
                             "a few samples make up most of the gradient: raise --spp-gradient, let --sampling be auto, or look for small, strong lights that "
                             "only chance finds",

@@ -10,14 +10,19 @@ void put(ByteWriter& out, const SamplingChoice::State& choice) {
     out.count(choice.figures.size());
     for (const SamplingFigures& figures : choice.figures)
         putFigures(out, figures);
+    for (const double ratio : choice.ratios)
+        out.put(ratio);
     out.put(std::uint64_t(choice.last));
 }
 
 SamplingChoice::State getChoice(ByteReader& in) {
     SamplingChoice::State choice;
-    choice.figures.resize(in.count(2 * 8 + 4));
+    choice.figures.resize(in.count(2 * 8 + 4 + 8));
+    choice.ratios.resize(choice.figures.size());
     for (SamplingFigures& figures : choice.figures)
         figures = getFigures(in);
+    for (double& ratio : choice.ratios)
+        ratio = in.figure("how passes of a way differ");
     choice.last = std::size_t(in.get<std::uint64_t>());
     return choice;
 }

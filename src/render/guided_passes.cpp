@@ -10,7 +10,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kNegativeHalf = 8;
+constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kNegativeHalf = 8, kRepetition = 16;
 constexpr std::uint32_t kGatePasses = 2; // of each way
 
 std::vector<SamplingWay> waysOf(Sampling asked, bool derivatives, bool roulette) {
@@ -34,6 +34,16 @@ std::pair<double, double> norms(const Image& adjoint) {
             sum += std::abs(double(a));
         }
     return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
+}
+
+PassKey repetition(const PassKey& key) { return {key.seed, key.step, key.pass + kRepetition}; }
+
+// Of a pass that ran twice: paths and rays of both, what it measured on average.
+PassMeasure meanOf(PassMeasure a, const PassMeasure& b) {
+    a.add(b);
+    a.variance /= 2;
+    a.reference /= 2;
+    return a;
 }
 
 // Of an image: their squares add up to means over the channels, as PassMeasure::variance does.
@@ -65,6 +75,7 @@ struct GuidedPasses::Impl {
     };
     Figures stepStart{images, derivatives, 0}; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
+    bool resting = false;                  // nothing of this step is learned from, whether learning or not
     std::uint32_t step = 0;
     double seconds = 0, concentration = 0;
 
@@ -81,7 +92,12 @@ struct GuidedPasses::Impl {
     // What is drawn by when nothing is learned.
     SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
 
-    void beginStep() { stepStart = {images, derivatives, reference}; }
+    void beginStep() {
+        stepStart = {images, derivatives, reference};
+        resting = images.rests(step) && derivatives.rests(step);
+    }
+
+    bool recording() const { return learning && !resting; }
 
     SamplingDecision decide(const SamplingChoice& choice) const {
         SamplingDecision d;
@@ -92,6 +108,17 @@ struct GuidedPasses::Impl {
             if (choice.figures(i).passes > 0)
                 (choice.ways()[i].roulette ? d.rouletteFigures : d.figures)[choice.ways()[i].kind] = choice.figures(i);
         return d;
+    }
+
+    bool repeating(const SamplingChoice& choice) const { return recording() && choice.repeats(step); }
+
+    // Two results of one pass with numbers of their own, whose variance moments of single paths put at `moments`.
+    static void compare(SamplingChoice& choice, const SamplingWay& way, std::span<const double> a, std::span<const double> b, double moments) {
+        PassDifferences differences;
+        differences.add(a);
+        differences.add(b);
+        if (differences.variance() && moments > 0)
+            choice.observeRepetition(way, *differences.variance() / moments);
     }
 
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
@@ -128,7 +155,7 @@ struct GuidedPasses::Impl {
         PixelSamples samples;
         if (options.pixels == PixelSampling::Adjoint)
             samples = sampleCounts(adjoint, spp, key);
-        use(way, learning, sign, meanAdjoint);
+        use(way, recording(), sign, meanAdjoint);
         renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients);
         return renderer.lastPass().paths;
     }
@@ -208,12 +235,20 @@ void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32
 }
 
 Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
-    const SamplingWay way = impl_->imageWay();
-    impl_->use(way, impl_->learning);
-    Image image = impl_->renderer.render(view, spp, key, layers);
-    const PassMeasure& m = impl_->renderer.lastPass();
-    if (impl_->learning && m.paths > 0)
-        impl_->images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
+    Impl& p = *impl_;
+    const SamplingWay way = p.imageWay();
+    p.use(way, p.recording());
+    Image image = p.renderer.render(view, spp, key, layers);
+    PassMeasure m = p.renderer.lastPass();
+    if (p.repeating(p.images)) {
+        const Image again = p.renderer.render(view, spp, repetition(key));
+        m = meanOf(m, p.renderer.lastPass());
+        p.compare(p.images, way, entries(image), entries(again), m.variance);
+        for (std::size_t i = 0; i < image.values.size(); ++i)
+            image.values[i] = 0.5f * (image.values[i] + again.values[i]);
+    }
+    if (p.recording() && m.paths > 0)
+        p.images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
     return image;
 }
 
@@ -221,13 +256,13 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
                             std::span<const std::vector<float>> directions, Layers* layers) {
     const SamplingWay way{impl_->derivativeWay().kind, false};
     if (!impl_->options.positivize) {
-        impl_->use(way, impl_->learning);
+        impl_->use(way, impl_->recording());
         return impl_->renderer.forward(view, spp, key, parameters, directions, layers);
     }
     const std::uint32_t half = std::max(1u, spp / 2);
-    impl_->use(way, impl_->learning, 1);
+    impl_->use(way, impl_->recording(), 1);
     Image gradient = impl_->renderer.forward(view, half, key, parameters, directions);
-    impl_->use(way, impl_->learning, -1);
+    impl_->use(way, impl_->recording(), -1);
     const Image negative = impl_->renderer.forward(view, half, {key.seed, key.step, key.pass + kNegativeHalf}, parameters, directions);
     for (std::size_t i = 0; i < gradient.values.size(); ++i)
         gradient.values[i] += negative.values[i];
@@ -250,21 +285,39 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
     Impl& p = *impl_;
     const SamplingWay way = p.derivativeWay();
     const auto [squares, mean] = norms(adjoint);
-    PassMeasure sum;
-    const auto pass = [&](std::uint32_t samples, const PassKey& k, int sign) {
-        p.reverse(view, samples, k, adjoint, mean, way, sign, gradients);
-        sum.add(p.renderer.lastPass());
+    const auto estimate = [&](const PassKey& k, std::vector<std::vector<double>>& out) {
+        PassMeasure sum;
+        const auto pass = [&](std::uint32_t samples, const PassKey& own, int sign) {
+            p.reverse(view, samples, own, adjoint, mean, way, sign, out);
+            sum.add(p.renderer.lastPass());
+        };
+        if (p.options.positivize) {
+            const std::uint32_t half = std::max(1u, spp / 2);
+            pass(half, k, 1);
+            pass(half, {k.seed, k.step, k.pass + kNegativeHalf}, -1);
+            sum.reference /= 2; // each half met all derivatives
+        } else {
+            pass(spp, k, 0);
+        }
+        return sum;
     };
-    if (p.options.positivize) {
-        const std::uint32_t half = std::max(1u, spp / 2);
-        pass(half, key, 1);
-        pass(half, {key.seed, key.step, key.pass + kNegativeHalf}, -1);
-        sum.reference /= 2; // each half met all derivatives
+    PassMeasure sum;
+    if (p.repeating(p.derivatives)) {
+        std::vector<std::vector<double>> first, second;
+        sum = estimate(key, first);
+        sum = meanOf(sum, estimate(repetition(key), second));
+        p.compare(p.derivatives, way, entries(first), entries(second), sum.variance);
+        gradients.resize(first.size());
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            gradients[i].resize(first[i].size());
+            for (std::size_t k = 0; k < first[i].size(); ++k)
+                gradients[i][k] += 0.5 * (first[i][k] + second[i][k]);
+        }
     } else {
-        pass(spp, key, 0);
+        sum = estimate(key, gradients);
     }
     p.concentration = sum.concentration;
-    if (p.learning && sum.paths > 0 && squares > 0) {
+    if (p.recording() && sum.paths > 0 && squares > 0) {
         p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths), true);
         if (mean > 0)
             p.reference = sum.reference / mean;

@@ -62,7 +62,9 @@ class GuidedPasses {
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);
 
-    // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew.
+    // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew. Now and then a pass runs twice, for
+    // the choice (SamplingChoice::repeats); its result is the mean. Where no guide pays, most steps do
+    // neither (SamplingChoice::rests): records take a third of a pass.
     // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
     // whole step behind.
     void setLearning(bool on);

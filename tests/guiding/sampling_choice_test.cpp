@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace cmpg {
@@ -60,9 +61,63 @@ TEST(SamplingChoice, GoesOnTryingTheOthers) {
         for (std::size_t i = 0; i < 4; ++i)
             tried[i] += choice.next(pass) == choice.ways()[i];
     EXPECT_GT(tried[2], 950); // most passes by the best
-    EXPECT_GE(tried[0], 10);
-    EXPECT_GE(tried[1], 10);
+    EXPECT_GE(tried[0], 5);
+    EXPECT_GE(tried[1], 5);
     EXPECT_EQ(tried[3], 0); // hopeless
+}
+
+// Moments say that the mixture is best; the unguided way's passes differ less than its moments say.
+TEST(SamplingChoice, BelievesRepetitionsOnceAllWaysHaveThem) {
+    SamplingChoice choice = allWays();
+    std::vector<std::uint32_t> twice;
+    for (std::uint32_t pass = 0; pass < 400; ++pass)
+        if (choice.repeats(pass))
+            twice.push_back(pass);
+    EXPECT_EQ(twice, (std::vector<std::uint32_t>{4, 5, 6, 7, 128, 160, 192, 224, 384}));
+    EXPECT_FALSE(SamplingChoice({kPlain}).repeats(1)); // nothing to choose
+    for (std::size_t i = 0; i < 4; ++i)
+        choice.observe(choice.ways()[i], i == 2 ? 1 : 4, 1);
+    EXPECT_EQ(choice.best(), kMixture);
+    choice.observeRepetition(kPlain, 0.1);
+    choice.observeRepetition(kLight, 0.8);
+    choice.observeRepetition(kMixture, 0.6);
+    EXPECT_EQ(choice.best(), kMixture); // the last way's is not known
+    choice.observeRepetition(kSplit, 0.9);
+    EXPECT_EQ(choice.best(), kPlain);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 0.4);
+    SamplingChoice later = allWays();
+    later.restore(choice.state());
+    EXPECT_EQ(later.best(), kPlain);
+    choice.observeRepetition(kMixture, std::numeric_limits<double>::quiet_NaN());
+    choice.observeRepetition(kMixture, 0.2); // the latest counts half
+    EXPECT_DOUBLE_EQ(choice.figures(2).variance, 0.4);
+    choice.observe(kPlain, 4, 1, true);
+    const double order = choice.figures(2).variance / choice.figures(0).variance;
+    for (int i = 0; i < 40; ++i) // what drifts is the variance, not the ratios
+        choice.observe(kPlain, 0.04, 1, true);
+    EXPECT_NEAR(choice.figures(0).variance, 0.004, 1e-6);
+    EXPECT_NEAR(choice.figures(2).variance / choice.figures(0).variance, order, 1e-6);
+}
+
+// A guide that nothing is drawn from learns in the four passes before one that may try it.
+TEST(SamplingChoice, RestsWhereNoGuidePays) {
+    SamplingChoice choice = allWays();
+    for (std::size_t i = 0; i < 4; ++i)
+        choice.observe(choice.ways()[i], i == 0 ? 1 : 2, 1);
+    std::vector<std::uint32_t> learns;
+    for (std::uint32_t pass = 0; pass < 80; ++pass)
+        if (!choice.rests(pass))
+            learns.push_back(pass);
+    EXPECT_EQ(learns, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 28, 29, 30, 31, 32, 60, 61, 62, 63, 64}));
+    for (int i = 0; i < 10; ++i)
+        choice.observe(kMixture, 0.1, 1);
+    for (std::uint32_t pass = 0; pass < 50; ++pass)
+        EXPECT_FALSE(choice.rests(pass)) << pass;
+    SamplingChoice split({kPlain, {Sampling::Bsdf, true}}); // roulette goes by what the cells know
+    split.observe(split.ways()[0], 2, 1);
+    split.observe(split.ways()[1], 1, 1);
+    for (std::uint32_t pass = 0; pass < 50; ++pass)
+        EXPECT_FALSE(split.rests(pass)) << pass;
 }
 
 // What drifts for the way in use drifts for all: the order of the ways stays, and none looks hopeless for having been measured long ago.

@@ -73,6 +73,11 @@ TEST(GradientWatch, TellsOfGradientsOfAFewSamples) {
     EXPECT_EQ(run.steps(40, 1, 1, 0.2), Events());
     EXPECT_EQ(run.steps(15, 1, 1, 0.9), Events());
     EXPECT_EQ(run.steps(20, 1, 1, 0.9), Events{"gradients_noisy"});
+    Watched rare; // steps between that measure nothing tell nothing
+    int events = 0;
+    for (int i = 0; i < 40; ++i)
+        events += int(rare.steps(1, 1, 1, i % 2 ? 0.9 : 0).size());
+    EXPECT_EQ(events, 1);
 }
 
 } // namespace

@@ -52,5 +52,31 @@ TEST(SamplingFigures, OfLearningPassesSeeWhatSobolPointsGain) {
     EXPECT_NEAR(std::log2(measured / ratio), 0, 1);
 }
 
+// Steps of an optimisation know it, too, from passes that ran twice.
+TEST(SamplingFigures, OfOptimisationsSeeWhatSobolPointsGain) {
+    GuidedBench s("box", {"painting.baseColor"}, 32);
+    GuidedPasses passes(*s.renderer, {.sampling = Sampling::Bsdf, .pixels = PixelSampling::Uniform});
+    passes.setLearning(true);
+    std::vector<std::vector<double>> repeated;
+    std::uint64_t paths = 0;
+    for (std::uint32_t step = 0; step < 4; ++step) {
+        repeated.clear();
+        paths = passes.reverse(s.view, kSpp, {5, step, 1}, s.adjoint, repeated);
+        passes.endStep();
+    }
+    double squares = 0;
+    for (const float a : s.adjoint.values)
+        squares += double(a) * a;
+    const double truth = varianceOverSeeds(s, 24), figure = passes.decision().figures.at(Sampling::Bsdf).variance * squares / kSpp;
+    EXPECT_NEAR(figure, truth, 0.6 * truth); // one pair, its relative standard error below a third
+    // The mean of two passes: twice the paths, and an unbiased estimate.
+    EXPECT_EQ(paths, 2u * kSpp * 32 * 32);
+    double along = 0;
+    constexpr int kPasses = 16;
+    for (std::uint32_t i = 0; i < kPasses; ++i)
+        along += s.along(s.gradient(kSpp, {300 + i, 0, 1}), 0) / kPasses;
+    EXPECT_NEAR(s.along(repeated, 0), along, 0.03 * along);
+}
+
 } // namespace
 } // namespace cmpg::test
