@@ -37,6 +37,7 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     g.root = guideCellTexel(at).x;
     const vec3 total = uintBitsToFloat(guideCellTexel(at + 1).xyz);
     g.weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), batch.sign);
+    if (guide.kind == kGuideConditional) g.weights = guideDefended(g.weights, total);
     g.score = dot(g.weights, total);
     g.lightShare = g.weights.x * total.x / g.score;
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.

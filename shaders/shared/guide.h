@@ -52,6 +52,7 @@ CMPG_CONST kGuidePrimal = 1;
 CMPG_CONST kGuideDifferential = 2;
 CMPG_CONST kGuideUniform = 3;
 CMPG_CONST kGuideConditional = 4;
+CMPG_CONST kDefensiveParts = 4; // of the conditional mixture, P has one at least: guideDefended()
 
 CMPG_SHARED_END
 #endif

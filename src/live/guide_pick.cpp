@@ -4,14 +4,15 @@
 #include "app/guide_maps.h"
 #include "base/parallel.h"
 #include "live/camera_ray.h"
+#include "shared/guide.h"
 
 namespace cmpg {
 namespace {
 
 constexpr int kMapEdge = 128; // a power of two
 
-// Weights of P, D+, D- as guideWeights() in shaders/lib/guide.glsl gives them to a path straight from the camera: its throughput is 1,
-// the derivative of its throughput 0.
+// Weights of P, D+, D- as guideWeights() and guideDefended() in shaders/lib/guide.glsl give them to a path straight from the camera: its
+// throughput is 1, the derivative of its throughput 0.
 std::array<double, 3> mixtureOfCameraPath(Sampling sampling, const GuideMass& mean) {
     const double derivative = mean.plus + mean.minus;
     switch (sampling) {
@@ -22,12 +23,13 @@ std::array<double, 3> mixtureOfCameraPath(Sampling sampling, const GuideMass& me
         return {p, d, d};
     }
     case Sampling::Differential:
+        return {0, 1, 1};
     case Sampling::Conditional:
     case Sampling::Bsdf:
     case Sampling::Auto:
         break;
     }
-    return {0, 1, 1};
+    return {mean.primal > 0 ? derivative / ((gpu::kDefensiveParts - 1) * mean.primal) : 0, 1, 1};
 }
 
 std::shared_ptr<const Image> map(const GuideCell& cell, const std::array<double, 3>& weights) {

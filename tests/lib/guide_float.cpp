@@ -258,6 +258,30 @@ TEST(Guide, EmptyCellsHaveNoScore) {
     EXPECT_EQ(library.guideWeights(kGuideConditional, {1, 2, 3}, 0, 1, 0), glm::vec3(0, 1, 1));
 }
 
+// P has a quarter of the conditional mixture at least, and is left alone where it has more or knows nothing.
+TEST(Guide, KeepsAQuarterForLight) {
+    Library library;
+    std::mt19937 random(8);
+    for (int i = 0; i < 1000; ++i) {
+        const glm::vec3 total(std::exp(40 * uniform(random) - 20), std::exp(6 * uniform(random) - 3), std::exp(6 * uniform(random) - 3));
+        for (const float light : kWeights)
+            for (const float derivative : kWeights) {
+                const glm::vec3 plain = library.guideWeights(kGuideConditional, total, light, derivative, int(random() % 3) - 1);
+                const glm::vec3 defended = library.guideDefended(plain, total), parts = defended * total;
+                EXPECT_EQ(glm::vec2(defended.y, defended.z), glm::vec2(plain.y, plain.z));
+                const float all = parts.x + parts.y + parts.z;
+                if (plain.x * total.x >= 0.2501f * all) {
+                    EXPECT_EQ(defended, plain);
+                } else if (all > 0) {
+                    EXPECT_NEAR(parts.x / all, 0.25f, 1e-4f);
+                }
+                EXPECT_TRUE(std::isfinite(all));
+            }
+    }
+    EXPECT_EQ(library.guideDefended({0, 1, 1}, {0, 2, 3}), glm::vec3(0, 1, 1));
+    EXPECT_EQ(library.guideDefended({0, 0, 0}, {1, 2, 3}), glm::vec3(0));
+}
+
 // Positivization moves mass between D+ and D- and keeps the balance of light and derivatives.
 TEST(Guide, SignsKeepTheBalance) {
     Library library;

@@ -16,7 +16,7 @@ using vec4 = glm::dvec4;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
 using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
-using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
+using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;
 #define float double
 #include "shader_library.inc"
 #undef float

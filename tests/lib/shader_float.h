@@ -17,6 +17,6 @@ using namespace glm;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
 using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
-using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional;
+using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;
 #include "shader_library.inc"
 } // namespace cmpg::shader_float
