@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
 
 namespace cmpg {
 namespace {
@@ -24,10 +25,12 @@ std::vector<double> meanOf(std::span<const std::vector<float>> batches) {
     return mean;
 }
 
+using Matrix = std::vector<std::vector<double>>;
+
 // Inner products of the deviations from the mean.
-std::vector<std::vector<double>> products(std::span<const std::vector<float>> batches, const std::vector<double>& mean) {
+Matrix products(std::span<const std::vector<float>> batches, const std::vector<double>& mean) {
     const std::size_t n = batches.size();
-    std::vector<std::vector<double>> inner(n, std::vector<double>(n));
+    Matrix inner(n, std::vector<double>(n));
     std::vector<double> deviation(n);
     for (std::size_t e = 0; e < mean.size(); ++e) {
         for (std::size_t i = 0; i < n; ++i)
@@ -44,7 +47,7 @@ std::vector<std::vector<double>> products(std::span<const std::vector<float>> ba
 
 // tr(S^2) of the covariance S of vectors with these inner products: mean of <a - b, c - d>^2 / 4 over all choices of four. Unbiased
 // whatever the distribution.
-double squaredCovariance(const std::vector<std::vector<double>>& inner) {
+double squaredCovariance(const Matrix& inner) {
     const std::size_t n = inner.size();
     double sum = 0, count = 0;
     const auto add = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
@@ -63,33 +66,67 @@ double squaredCovariance(const std::vector<std::vector<double>>& inner) {
     return sum / count;
 }
 
+// Of the covariance of a batch.
+double trace(const Matrix& inner) {
+    const double n = double(inner.size());
+    double own = 0, all = 0;
+    for (std::size_t i = 0; i < inner.size(); ++i) {
+        own += inner[i][i];
+        all += std::accumulate(inner[i].begin(), inner[i].end(), 0.0);
+    }
+    return (own - all / n) / (n - 1); // the deviations may be from another mean
+}
+
+// tr(S^2) / tr(S)^2, the inverse of the degrees of freedom of a squared error. Between 0, of many entries alike, and 1, of one alone.
+double inverseDegrees(const Matrix& inner) {
+    const double t = trace(inner), squared = std::max(0.0, squaredCovariance(inner));
+    const double excess = t * t - 2 * squared / double(inner.size() - 1); // t^2 is too large by that on average
+    return excess > 0 ? std::min(squared / excess, 1.0) : 1;
+}
+
+// Its standard error, from leaving out each batch in turn (jackknife).
+double inverseDegreesError(const Matrix& inner) {
+    const std::size_t n = inner.size();
+    double sum = 0, squares = 0;
+    for (std::size_t left = 0; left < n; ++left) {
+        Matrix rest = inner;
+        rest.erase(rest.begin() + std::ptrdiff_t(left));
+        for (std::vector<double>& row : rest)
+            row.erase(row.begin() + std::ptrdiff_t(left));
+        const double v = inverseDegrees(rest);
+        sum += v;
+        squares += v * v;
+    }
+    return std::sqrt(std::max(0.0, double(n - 1) / double(n) * (squares - sum * sum / double(n))));
+}
+
 } // namespace
 
 EstimateError errorOf(std::span<const std::vector<float>> batches) {
     const double n = double(batches.size());
     const std::vector<double> mean = meanOf(batches);
-    double norm2 = 0, trace = 0; // of the mean; of the covariance of a batch
+    double norm2 = 0; // of the mean
     for (const double m : mean)
         norm2 += m * m;
-    const auto inner = products(batches, mean);
-    for (std::size_t i = 0; i < inner.size(); ++i)
-        trace += inner[i][i] / (n - 1);
-    if (!(norm2 > 0) || !std::isfinite(norm2) || !std::isfinite(trace))
+    const Matrix inner = products(batches, mean);
+    const double variance = trace(inner);
+    if (!(norm2 > 0) || !std::isfinite(norm2) || !std::isfinite(variance))
         return {kNaN, kNaN, kNaN, kNaN};
     EstimateError error;
-    error.relative = std::sqrt(trace / n / norm2);
+    error.relative = variance > 0 ? std::sqrt(variance / n / norm2) : 0;
     error.degrees = 1;
-    if (!(trace > 0))
+    if (!(variance > 0))
         return error;
     // The squared error of the mean over its estimate: a quotient of mean squares whose degrees of freedom follow from the first two
     // moments (Satterthwaite). The difference of the two is a sum over pairs of batches, so rare bright samples enter both alike.
-    const double squared = squaredCovariance(inner);
-    const double degrees = squared > 0 ? (trace * trace - 2 * squared / (n - 1)) / squared : 1;
-    error.degrees = std::clamp(degrees, 1.0, 1e9);
-    constexpr double kTail = 0.025;
-    const double below = error.degrees * (n - 1);
-    error.low = error.relative * std::sqrt(fQuantile(kTail, error.degrees, below));
-    error.high = error.relative * std::sqrt(fQuantile(1 - kTail, error.degrees, below));
+    constexpr double kTail = 0.025, kMost = 1e9;
+    const double inverse = inverseDegrees(inner);
+    error.degrees = 1 / std::max(inverse, 1 / kMost);
+    // Few batches tell the degrees with half of them as their spread. Simulated, 8 batches with normal and heavy-tailed errors of equal, falling and
+    // common sizes: 95 % intervals hold 93 to 95 % with the degrees as they are told, 95 to 97.5 % with half a standard error of their inverse more.
+    const double cautious = 1 / std::clamp(inverse + 0.5 * inverseDegreesError(inner), 1 / kMost, 1.0);
+    error.low = error.relative * std::sqrt(fQuantile(kTail, cautious, cautious * (n - 1)));
+    error.high = error.relative * std::sqrt(fQuantile(1 - kTail, cautious, cautious * (n - 1)));
     return error;
 }
 

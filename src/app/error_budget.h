@@ -18,7 +18,7 @@ struct EstimateError {
     double low = 0, high = 0; // |mean - truth| / |mean| lies between them with 95 % confidence
     double degrees = 0;       // effective number of independent entries: 1 where all errors go together
 };
-// `batches`: independent, alike, at least 4. Not a number where the mean is zero.
+// `batches`: independent, alike, at least 5. Not a number where the mean is zero.
 EstimateError errorOf(std::span<const std::vector<float>> batches);
 
 // Samples that one batch gets at once.
