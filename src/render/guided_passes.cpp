@@ -284,7 +284,8 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
                                     std::vector<std::vector<double>>& gradients) {
     Impl& p = *impl_;
     const SamplingWay way = p.derivativeWay();
-    const auto [squares, mean] = norms(adjoint);
+    const std::pair<double, double> adjointNorms = norms(adjoint);
+    const double squares = adjointNorms.first, mean = adjointNorms.second;
     const auto estimate = [&](const PassKey& k, std::vector<std::vector<double>>& out) {
         PassMeasure sum;
         const auto pass = [&](std::uint32_t samples, const PassKey& own, int sign) {

@@ -10,7 +10,7 @@ namespace cmpg {
 
 namespace {
 
-using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
+using gpu::kModeForward, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
 // Paths of a batch at most. On a CPU the pools should stay near its caches (measured: 2^16 is 10 % faster than 2^18); a GPU wants work for all

@@ -93,6 +93,7 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
     instance = createInstance(asked == Validation::None && options.validation ? Validation::Calls : asked);
     auto devices = physicalDevices(*instance);
     std::vector<DeviceInfo> infos;
+    infos.reserve(devices.size());
     for (const auto& candidate : devices)
         infos.push_back(describe(candidate));
     const std::size_t chosen = selectDevice(infos, options.select);
