@@ -63,8 +63,8 @@ class GuidedPasses {
                           std::vector<std::vector<double>>& gradients);
 
     // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew. Now and then a pass runs twice, for
-    // the choice (SamplingChoice::repeats); its result is the mean. Where no guide pays, most steps do
-    // neither (SamplingChoice::rests): records take a third of a pass.
+    // the choice (SamplingChoice::repeats), and its result is the mean. Where no guide pays, most steps leave no records and are not
+    // measured (SamplingChoice::rests), which saves a third of a pass.
     // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
     // whole step behind.
     void setLearning(bool on);
