@@ -29,8 +29,8 @@ TEST(GuideWeights, LightAloneWhereNoWayLeadsBack) {
         for (const std::size_t vertex : {0u, 1u})
             shares[depth - 3][vertex] = lightShare(s, vertex);
     }
-    EXPECT_EQ(shares[0][0], 0); // no parameter has been met yet
-    EXPECT_EQ(shares[1][0], 0);
+    EXPECT_NEAR(shares[0][0], 0.25, 0.5 / 255); // no parameter has been met yet: what is kept for light in any case, in the counts' unit
+    EXPECT_NEAR(shares[1][0], 0.25, 0.5 / 255);
     EXPECT_GT(shares[0][1], 0.99); // a cell at the painting's edge may hold a wall too
     EXPECT_LT(shares[1][1], 0.95);
 }
@@ -80,9 +80,9 @@ TEST(GuideLayers, ShowTheBalanceByDepth) {
         const double share = (all.lightShare - before[d].lightShare) / double(all.drawn - before[d].drawn);
         EXPECT_NEAR(meanOf(layers.lightShare[d]), share, 0.5 / 255) << d; // the counts' unit
         if (d == 0)
-            EXPECT_EQ(share, 0);
+            EXPECT_NEAR(share, 0.25, 0.5 / 255);
         else
-            EXPECT_GT(share, 0.2) << d;
+            EXPECT_GT(share, 0.3) << d;
     }
     // An image is drawn by light alone; without anything learned nothing is drawn at all.
     s.renderer->render(s.view, 8, kKey, &layers);
