@@ -22,6 +22,7 @@ class BatchedModel final : public ImageModel {
         std::uint64_t paths = 0;
         const BudgetedEstimate estimate = spendBudget(budget_, [&](const BatchPart& part) {
             std::vector<std::vector<double>> found;
+            found.reserve(gradients.size());
             for (const auto& gradient : gradients)
                 found.emplace_back(gradient.size());
             paths += inner_.reverse(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);

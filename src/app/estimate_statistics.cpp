@@ -58,6 +58,7 @@ Moments momentsOf(const std::vector<double>& values) {
 
 std::vector<double> projections(const std::vector<std::vector<float>>& batches, const Reference& reference) {
     std::vector<double> result;
+    result.reserve(batches.size());
     for (const auto& batch : batches)
         result.push_back(dot(batch, reference.values) / reference.squaredNorm());
     return result;

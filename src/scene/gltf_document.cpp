@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace cmpg {
 namespace fs = std::filesystem;
@@ -165,7 +166,7 @@ fs::path GltfDocument::resolve(const JsonView& uri) const {
     if (relative.empty() || relative.find('\\') != std::string::npos || fs::path(relative).is_absolute())
         refuse("which is not a relative path");
     std::error_code error;
-    const fs::path resolved = fs::weakly_canonical(folder_ / relative, error);
+    fs::path resolved = fs::weakly_canonical(folder_ / relative, error);
     if (error) refuse(error.message().c_str());
     const auto [inFolder, inFile] = std::mismatch(folder_.begin(), folder_.end(), resolved.begin(), resolved.end());
     if (inFolder != folder_.end()) refuse("which leaves the scene's folder");
@@ -195,7 +196,7 @@ void GltfDocument::readBuffers() {
         const JsonView buffer = buffers.at(i);
         if (!buffer["uri"].exists() && (i != 0 || !hasBinaryChunk_))
             buffer.fail("has no uri, and the file has no binary chunk for it");
-        Bytes bytes = buffer["uri"].exists() ? readUri(buffer["uri"]) : std::move(binaryChunk_);
+        Bytes bytes = buffer["uri"].exists() ? readUri(buffer["uri"]) : std::exchange(binaryChunk_, {});
         const std::uint64_t length = buffer["byteLength"].required().integer(1, kMaxFileBytes);
         if (bytes.size() < length)
             buffer.fail("is declared " + std::to_string(length) + " bytes long, but has " + std::to_string(bytes.size()),

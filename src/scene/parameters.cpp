@@ -29,6 +29,7 @@ std::size_t distance(const std::string& a, const std::string& b) {
 // The three names most like `name`, for a message.
 template <class Things> std::string nearestNames(const Things& things, const std::string& name) {
     std::vector<std::pair<std::size_t, std::string>> all;
+    all.reserve(things.size());
     for (const auto& thing : things) all.emplace_back(distance(thing.name, name), thing.name);
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::string text;
