@@ -39,8 +39,11 @@ std::vector<Rectangle> tiles(const Rectangle& area, std::size_t count, float asp
     const float width = std::floor((area.width - gap * float(best - 1)) / float(best));
     const float height = std::floor((area.height - gap * float(rows - 1)) / float(rows));
     std::vector<Rectangle> result;
-    for (int i = 0; i < int(count); ++i)
-        result.push_back({area.x + float(i % best) * (width + gap), area.y + float(i / best) * (height + gap), std::max(1.f, width), std::max(1.f, height)});
+    result.reserve(count);
+    for (int i = 0; i < int(count); ++i) {
+        const int row = i / best, column = i % best;
+        result.push_back({area.x + float(column) * (width + gap), area.y + float(row) * (height + gap), std::max(1.f, width), std::max(1.f, height)});
+    }
     return result;
 }
 

@@ -23,10 +23,8 @@ void drawLossPlot(const Rectangle& area, std::span<const double> loss) {
         draw.AddText({left + 0.8f * font, 0.5f * (top + bottom - font)}, packed(kDim), "no step yet");
         return;
     }
-    if (loss.size() > 0) {
-        const std::string now = shortNumber(loss.back());
-        draw.AddText({area.x, area.y + 1.2f * font}, packed(kAccent), now.c_str());
-    }
+    const std::string now = shortNumber(loss.back());
+    draw.AddText({area.x, area.y + 1.2f * font}, packed(kAccent), now.c_str());
     const CurveAxes axes = axesOf(loss);
     const auto x = [&](double step) { return left + float(axes.across(step)) * (right - left); };
     const auto y = [&](double value) { return bottom - float(axes.up(value)) * (bottom - top); };

@@ -24,7 +24,8 @@ std::optional<glm::vec2> brightest(const Image& map) {
     if (most == map.values.end() || !(*most > 0))
         return std::nullopt;
     const int at = int(most - map.values.begin()) / map.channels;
-    return glm::vec2((float(at % map.width) + 0.5f) / float(map.width), (float(at / map.width) + 0.5f) / float(map.height));
+    const int row = at / map.width, column = at % map.width;
+    return glm::vec2((float(column) + 0.5f) / float(map.width), (float(row) + 0.5f) / float(map.height));
 }
 
 std::optional<glm::vec2> project(const Camera& camera, glm::vec3 point, int width, int height) {

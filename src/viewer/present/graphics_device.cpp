@@ -40,6 +40,7 @@ GraphicsDevice::GraphicsDevice(GLFWwindow* glfw, const std::string& select) : wi
 
     std::vector<vk::raii::PhysicalDevice> devices = physicalDevices(*instance);
     std::vector<DeviceInfo> infos;
+    infos.reserve(devices.size());
     for (const auto& candidate : devices)
         infos.push_back(describe(candidate));
     std::vector<std::size_t> order{selectDevice(infos, select)}; // pictures travel through host memory, so another will do
