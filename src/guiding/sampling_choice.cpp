@@ -128,9 +128,9 @@ void SamplingChoice::observeRoulette(Sampling kind, double varianceRatio, double
     const std::size_t plain = indexOf({kind, false}), i = indexOf({kind, true});
     if (plain == ways_.size() || i == ways_.size())
         return;
+    state_.ratios.assign(ways_.size(), 0.0); // of figures from moments: both ways' are to be alike
     const SamplingFigures f = figures(plain);
     state_.figures[i] = {f.variance * varianceRatio, f.rays * raysRatio, f.passes};
-    state_.ratios.assign(ways_.size(), 0.0); // of figures from moments
 }
 
 void SamplingChoice::setFigures(const SamplingWay& way, const SamplingFigures& figures) {

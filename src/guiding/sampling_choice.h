@@ -34,11 +34,11 @@ class SamplingChoice {
     // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
     // not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
-    // Whether that pass is to run twice, for observeRepetition(): once for every way in the first round that has a guide, and in every other round of
-    // later trials.
+    // Whether that pass is to run twice, for observeRepetition(): once for every way in the second round, the first that has a guide, and
+    // in every other round of later trials.
     bool repeats(std::uint32_t pass) const;
-    // Whether nothing has to be learned in that pass: the way found best needs no guide, and no trial that does is near. A guide that is drawn
-    // from every 32nd pass learns in the four before.
+    // Whether nothing has to be learned in that pass: the way found best needs no guide, and no trial is near. Trials come every 32nd pass;
+    // the guide learns for them in the four before.
     bool rests(std::uint32_t pass) const;
     SamplingWay best() const;  // of those that were measured; the first where none was
     Sampling bestKind() const; // of the ways without roulette
