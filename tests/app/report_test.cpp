@@ -64,7 +64,7 @@ TEST(Report, EmptyPartsKeepTheirKind) {
 TEST(Report, HostPeakGrowsWithMemory) {
     const std::vector<char> block(std::size_t(256) << 20, 1); // more than anything else here
     EXPECT_GE(hostPeakBytes(), block[12345] ? block.size() : 0);
-    EXPECT_LT(hostPeakBytes(), 4 * block.size());
+    EXPECT_LT(hostPeakBytes(), 64 * block.size()); // bytes, not KiB; the peak is the whole process's, and a sanitizer's own counts
 }
 
 } // namespace
