@@ -104,8 +104,8 @@ GuideWalk guideWalk(uint root, vec3 weights, float rootScore, bool draw, vec2 at
         float upper = right ? s3 : s2;
         float splitY = draw ? lower / max(lower + upper, 1e-37) : 0.5;
         bool top = at.y >= splitY;
-        at.x = min(right ? (at.x - splitX) / (1.0 - splitX) : at.x / splitX, kBelowOne);
-        at.y = min(top ? (at.y - splitY) / (1.0 - splitY) : at.y / splitY, kBelowOne);
+        at.x = min((right ? at.x - splitX : at.x) / (right ? 1.0 - splitX : splitX), kBelowOne);
+        at.y = min((top ? at.y - splitY : at.y) / (top ? 1.0 - splitY : splitY), kBelowOne);
         edge *= 0.5;
         corner += edge * vec2(right ? 1.0 : 0.0, top ? 1.0 : 0.0);
         score = top ? upper : lower;

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -179,8 +180,12 @@ struct GuidedPasses::Impl {
         gating = false;
         if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
-        const auto found = [&](bool roulette) { return differences[roulette].variance(); };
-        const double variances = found(false) && found(true) && *found(false) > 0 ? *found(true) / *found(false) : measured[1].variance / measured[0].variance;
+        // The worse of two estimates: only differences see what Sobol points gain, and a few bright paths in the passes without it make the
+        // roulette look good in them; moments have more to go by.
+        double variances = measured[1].variance / measured[0].variance;
+        const std::optional<double> plain = differences[0].variance(), split = differences[1].variance();
+        if (plain && split && *plain > 0)
+            variances = std::max(variances, *split / *plain);
         derivatives.observeRoulette(kind, variances, double(measured[1].rays) / double(measured[0].rays));
     }
 };

@@ -120,6 +120,18 @@ TEST(SamplingChoice, RestsWhereNoGuidePays) {
         EXPECT_FALSE(split.rests(pass)) << pass;
 }
 
+// A ray of a guided path costs more than one of an unguided path, and one of a split path more than either.
+TEST(SamplingChoice, CountsWhatARayCosts) {
+    const SamplingWay split{Sampling::Bsdf, true};
+    SamplingChoice choice({kPlain, kMixture, split});
+    choice.observe(kPlain, 1, 5);
+    choice.observe(kMixture, 0.8, 5);
+    choice.observe(split, 0.4, 11);
+    EXPECT_EQ(choice.best(), kPlain);
+    EXPECT_NEAR(choice.score(1), 0.8 * 5 * 1.3, 1e-12);
+    EXPECT_NEAR(choice.score(2), 0.4 * 11 * 1.2, 1e-12);
+}
+
 // What drifts for the way in use drifts for all: the order of the ways stays, and none looks hopeless for having been measured long ago.
 TEST(SamplingChoice, KeepsTheOrderWhileTheAdjointDrifts) {
     SamplingChoice choice({kPlain, kMixture});
@@ -202,7 +214,7 @@ TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
     choice.observeRoulette(Sampling::Bsdf, 0.5, 3); // dearer by more than it is better
     EXPECT_DOUBLE_EQ(choice.figures(2).variance, 0.5 * choice.figures(0).variance);
     EXPECT_EQ(choice.best(), kPlain);
-    choice.observeRoulette(Sampling::Bsdf, 0.3, 3);
+    choice.observeRoulette(Sampling::Bsdf, 0.25, 3);
     EXPECT_EQ(choice.best(), (SamplingWay{Sampling::Bsdf, true}));
     EXPECT_EQ(choice.bestKind(), Sampling::Bsdf);
 
