@@ -26,7 +26,8 @@ struct SamplingFigures {
     void add(double moment, double raysPerPath);
 };
 
-// Chooses by variance x rays; guided rays count more, for the look-ups they need, and those of split paths for the copies. No clock takes part, so equal runs choose alike.
+// Chooses by variance x rays; guided rays count more, for the look-ups they need, and those of split paths, for what places their copies. No
+// clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
     explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{std::vector<SamplingFigures>(ways_.size()), std::vector<double>(ways_.size())}, differences_(ways_.size()) {}
