@@ -120,7 +120,7 @@ TEST(SamplingChoice, RestsWhereNoGuidePays) {
         EXPECT_FALSE(split.rests(pass)) << pass;
 }
 
-// A ray of a guided path costs more than one of an unguided path, and one of a split path more than either.
+// A ray of a guided path costs more than one of an unguided path, and so does one of a split path.
 TEST(SamplingChoice, CountsWhatARayCosts) {
     const SamplingWay split{Sampling::Bsdf, true};
     SamplingChoice choice({kPlain, kMixture, split});
