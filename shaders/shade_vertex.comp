@@ -59,7 +59,7 @@ void countGuided(GuidePoint g, bool guided, bool goesOn) {
     const bool drawn = g.share > 0.0 && push.bounce + 1 < kMaxDepth;
     const uint all = subgroupBallotBitCount(subgroupBallot(drawn)), fromGuide = subgroupBallotBitCount(subgroupBallot(guided));
     const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !goesOn));
-    const uint light = subgroupAdd(drawn ? uint(float(kShareUnits) * clamp(g.lightShare, 0.0, 1.0) + 0.5) : 0u);
+    const uint light = subgroupAdd(drawn ? uint(float(kShareUnits) * min(g.parts.x, 1.0) + 0.5) : 0u);
     if (subgroupElect()) {
         atomicAdd(counts[push.bounce].drawn, all);
         atomicAdd(counts[push.bounce].guided, fromGuide);
@@ -220,7 +220,7 @@ void main() {
     if (kLayers && push.bounce == 0)
         layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell), vec4(0), vec4(0));
     if (kLayers && kGuided && push.bounce < kLayerDepths && !last && g.share > 0.0) {
-        layers[ray.path].lightShare[push.bounce] = clamp(g.lightShare, 0.0, 1.0);
+        layers[ray.path].lightShare[push.bounce] = min(g.parts.x, 1.0);
         layers[ray.path].drawn[push.bounce] = 1.0;
     }
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);

@@ -2,7 +2,7 @@
 //
 // The includer defines how the published tree is read:
 //     uint guideSpatialNode(uint node)                    kSpatialLeaf | cell, or the first of two children
-//     vec3 guideMass(uint quadrant, OUT(uint) child)      means of P, D+, D- in quadrant node * 4 + k; child node or 0
+//     uvec4 guideNode(uint node)                          see shared/guide.h
 #ifndef CMPG_LIB_GUIDE
 #define CMPG_LIB_GUIDE
 #include "lib/math.glsl"
@@ -79,63 +79,87 @@ struct GuideWalk {
     uint leaf;     // quadrant the walk ended in
 };
 
-// One walk from the root of a cell's quadtree to a leaf: draws a point of the mixture from the random numbers `at`, or follows the
-// point `at` to evaluate its density. rootScore = dot(weights, total of the cell) > 0 where something is drawn.
-GuideWalk guideWalk(uint root, vec3 weights, float rootScore, bool draw, vec2 at) {
+// What P, D+, D- have of the mixture, with the sum 1; all 0 where nothing is known.
+vec3 guideParts(vec3 weights, vec3 total) {
+    vec3 scores = weights * total;
+    float score = scores.x + scores.y + scores.z;
+    return score > kMinGuideScore ? scores / score : vec3(0.0);
+}
+
+// Which of the parts of a mixture, with the sum 1, a draw is from; u in [0,1).
+uint guidePart(vec3 parts, float u) {
+    if (u < parts.x || parts.y + parts.z <= 0.0) return 0u;
+    return u - parts.x < parts.y || parts.z <= 0.0 ? 1u : 2u;
+}
+
+// Child of a node in a quadrant; 0: none.
+uint guideChild(uvec4 node, uint quadrant) {
+    uint before = node.w & ((1u << quadrant) - 1u);
+    return (node.w >> quadrant & 1u) != 0u ? (node.w >> kQuadChildBits) + uint(bitCount(before)) : 0u;
+}
+
+// One of the three fractions in a word, in units of 1 / kQuadFractionOne.
+int guideFraction(uint splits, uint index) { return int(splits >> (index * kQuadFractionBits) & kQuadFractionOne); }
+
+// The share of a node's mass that lies in a quadrant.
+float guideQuadrantShare(uint splits, bool right, bool top) {
+    int left = guideFraction(splits, 0u);
+    int below = guideFraction(splits, right ? 2u : 1u);
+    return float(right ? int(kQuadFractionOne) - left : left) * float(top ? int(kQuadFractionOne) - below : below) *
+           (1.0 / float(kQuadFractionOne * kQuadFractionOne));
+}
+
+vec3 guideQuadrantShares(uvec4 node, bool right, bool top) {
+    return vec3(guideQuadrantShare(node.x, right, top), guideQuadrantShare(node.y, right, top), guideQuadrantShare(node.z, right, top));
+}
+
+// One walk from the root of a cell's quadtree to a leaf: draws a point of `part` from the random numbers `at`, or follows the point `at`,
+// and evaluates the whole mixture there. `parts`: see guideParts().
+GuideWalk guideWalk(uint root, vec3 parts, bool draw, uint part, vec2 at) {
     GuideWalk walk;
     vec2 corner = vec2(0.0);
     float edge = 1.0;
-    float score = 0.0;
-    uint node = root;
+    vec3 densities = parts; // on the unit square
+    uint index = root;
     for (uint depth = 0u; depth <= kMaxQuadDepth; ++depth) {
-        uint child0;
-        uint child1;
-        uint child2;
-        uint child3;
-        float s0 = dot(weights, guideMass(4u * node, child0));
-        float s1 = dot(weights, guideMass(4u * node + 1u, child1));
-        float s2 = dot(weights, guideMass(4u * node + 2u, child2));
-        float s3 = dot(weights, guideMass(4u * node + 3u, child3));
+        uvec4 node = guideNode(index);
+        uint splits = part == 0u ? node.x : part == 1u ? node.y : node.z;
         // The split of each axis: by mass when drawing, in the middle when following.
-        float left = s0 + s2;
-        float splitX = draw ? left / max(left + s1 + s3, 1e-37) : 0.5;
+        float splitX = draw ? float(guideFraction(splits, 0u)) * (1.0 / float(kQuadFractionOne)) : 0.5;
         bool right = at.x >= splitX;
-        float lower = right ? s1 : s0;
-        float upper = right ? s3 : s2;
-        float splitY = draw ? lower / max(lower + upper, 1e-37) : 0.5;
+        float splitY = draw ? float(guideFraction(splits, right ? 2u : 1u)) * (1.0 / float(kQuadFractionOne)) : 0.5;
         bool top = at.y >= splitY;
         at.x = min((right ? at.x - splitX : at.x) / (right ? 1.0 - splitX : splitX), kBelowOne);
         at.y = min((top ? at.y - splitY : at.y) / (top ? 1.0 - splitY : splitY), kBelowOne);
         edge *= 0.5;
         corner += edge * vec2(right ? 1.0 : 0.0, top ? 1.0 : 0.0);
-        score = top ? upper : lower;
-        walk.leaf = 4u * node + (right ? 1u : 0u) + (top ? 2u : 0u);
-        node = top ? (right ? child3 : child2) : (right ? child1 : child0);
-        if (node == 0u) break;
+        densities *= 4.0 * guideQuadrantShares(node, right, top);
+        uint quadrant = (right ? 1u : 0u) + (top ? 2u : 0u);
+        walk.leaf = 4u * index + quadrant;
+        index = guideChild(node, quadrant);
+        if (index == 0u) break;
     }
     walk.point = min(corner + edge * at, corner + (edge - kPointStep)); // exact: rounding must not carry it into the next quadrant
-    walk.density = score > 0.0 ? score / (edge * edge * rootScore) * (0.25 * kInvPi) : 0.0;
+    walk.density = (densities.x + densities.y + densities.z) * (0.25 * kInvPi);
     return walk;
 }
 
-// The density alone: reads one quadrant a level.
-float guideDensity(uint root, vec3 weights, float rootScore, vec2 point) {
-    float edge = 1.0;
-    float score = 0.0;
-    uint node = root;
+// The density alone.
+float guideDensity(uint root, vec3 parts, vec2 point) {
+    vec3 densities = parts;
     vec2 at = point;
+    uint index = root;
     for (uint depth = 0u; depth <= kMaxQuadDepth; ++depth) {
+        uvec4 node = guideNode(index);
         at = 2.0 * at;
         bool right = at.x >= 1.0;
         bool top = at.y >= 1.0;
         at -= vec2(right ? 1.0 : 0.0, top ? 1.0 : 0.0);
-        edge *= 0.5;
-        uint child;
-        score = dot(weights, guideMass(4u * node + (right ? 1u : 0u) + (top ? 2u : 0u), child));
-        node = child;
-        if (node == 0u) break;
+        densities *= 4.0 * guideQuadrantShares(node, right, top);
+        index = guideChild(node, (right ? 1u : 0u) + (top ? 2u : 0u));
+        if (index == 0u) break;
     }
-    return score > 0.0 ? score / (edge * edge * rootScore) * (0.25 * kInvPi) : 0.0;
+    return (densities.x + densities.y + densities.z) * (0.25 * kInvPi);
 }
 
 #endif

@@ -2,14 +2,9 @@
 #include "shared/guide.h"
 READ_UINT(guideSpatialNode, kBindGuideSpatial)
 READ_UVEC4(guideCellTexel, kBindGuideCells)
-READ_UVEC4(guideQuadrant, kBindGuideNodes)
+READ_UVEC4(guideNode, kBindGuideNodes)
 layout(binding = kBindGuideInfo, scalar) readonly buffer GuideInfoBlock { GuideInfo guide; };
 
-vec3 guideMass(uint quadrant, out uint child) {
-    const uvec4 q = guideQuadrant(quadrant);
-    child = q.w;
-    return uintBitsToFloat(q.xyz);
-}
 #include "lib/guide.glsl"
 
 float meanOf(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
@@ -22,27 +17,24 @@ const float kGuidableAlpha = 0.2;
 
 struct GuidePoint {
     uint cell, root;
-    vec3 weights; // of P, D+, D-
-    float score; // of the whole sphere
-    float lightShare; // of P in it
+    vec3 parts; // what P, D+, D- have of the mixture, with the sum 1; all 0: nothing is known
     bool guidable; // the material is not too smooth
     float share; // probability of drawing from the guide
 };
 
 GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
-    GuidePoint g = GuidePoint(kNone, 0, vec3(0), 0.0, 0.0, false, 0.0);
+    GuidePoint g = GuidePoint(kNone, 0, vec3(0), false, 0.0);
     if (!kGuideLookup) return g;
     g.cell = guideCellOf(position);
     const uint at = g.cell * kGuideCellTexels;
     g.root = guideCellTexel(at).x;
     const vec3 total = uintBitsToFloat(guideCellTexel(at + 1).xyz);
-    g.weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), batch.sign);
-    if (guide.kind == kGuideConditional) g.weights = guideDefended(g.weights, total);
-    g.score = dot(g.weights, total);
-    g.lightShare = g.weights.x * total.x / g.score;
+    vec3 weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), batch.sign);
+    if (guide.kind == kGuideConditional) weights = guideDefended(weights, total);
+    g.parts = guideParts(weights, total);
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
     g.guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
-    if (kGuided && g.guidable && g.score > kMinGuideScore) g.share = guide.share;
+    if (kGuided && g.guidable && g.parts != vec3(0)) g.share = guide.share;
     return g;
 }
 
@@ -50,10 +42,10 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
 float mixtureDensity(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec3 wi) {
     const float material = bsdfPdf(surface, normal, wo, wi);
     if (!kGuided) return material;
-    return mix(material, g.share > 0.0 ? guideDensity(g.root, g.weights, g.score, squareFromDirection(wi)) : 0.0, g.share);
+    return mix(material, g.share > 0.0 ? guideDensity(g.root, g.parts, squareFromDirection(wi)) : 0.0, g.share);
 }
 
-// Draws wi with density `pdf`; u.w picks the technique. `leaf`: the quadrant wi lies in; `guided`: the guide drew it. False: nothing to go
+// Draws wi with density `pdf`; u.w picks the technique and the part of the guide. `leaf`: the quadrant wi lies in; `guided`: the guide drew it. False: nothing to go
 // on with.
 bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf,
                    out bool guided) {
@@ -66,7 +58,8 @@ bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, 
         return drawn && pdf > 0.0;
     }
     guided = kGuided && u.w < g.share;
-    const GuideWalk walk = guideWalk(g.root, g.weights, g.score, guided, guided ? u.xy : squareFromDirection(wi));
+    const uint part = guided ? guidePart(g.parts, u.w / g.share) : 0;
+    const GuideWalk walk = guideWalk(g.root, g.parts, guided, part, guided ? u.xy : squareFromDirection(wi));
     leaf = walk.leaf;
     if (guided) {
         wi = directionFromSquare(walk.point);

@@ -19,8 +19,12 @@ struct GpuGuideCell {
 };
 CMPG_CONST kGuideCellTexels = 2;
 
-// A quadtree node: four texels (P, D+, D-, child node or 0), one a quadrant, number (x >= middle) + 2 (y >= middle).
-CMPG_CONST kQuadNodeTexels = 4;
+// A quadtree node is one uvec4 texel. x, y, z: how the mass of P, D+, D- splits, three fractions in units of 1 / kQuadFractionOne, the
+// first in the lowest bits: left of the middle, then below the middle on the left and on the right. w: its children, which lie side by
+// side: the first << 4 | a bit for each quadrant that has one. Quadrants have the number (x >= middle) + 2 (y >= middle).
+CMPG_CONST kQuadFractionBits = 10;
+CMPG_CONST kQuadFractionOne = 1023;
+CMPG_CONST kQuadChildBits = 4;
 
 // Records of one quadrant, 64-bit integers as two words: sums of P, D+, D-.
 struct GuideLeafSums {

@@ -2,6 +2,7 @@
 #include "guiding/guide_buffers.h"
 
 #include "base/parallel.h"
+#include "guiding/quadtree_texels.h"
 #include "shared/bindings.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint64_t kNodeBytes = gpu::kQuadNodeTexels * 16 + 4 * sizeof(gpu::GuideLeafSums);
+constexpr std::uint64_t kNodeBytes = sizeof(glm::uvec4) + 4 * sizeof(gpu::GuideLeafSums);
 
 // The inverse of a cell's typical mean, as a power of two: only ratios within a cell matter, and kernels compute with sizes about 1.
 double inverseUnit(const GuideCell& cell) {
@@ -40,10 +41,11 @@ std::uint64_t GuideBuffers::nodesWithin(std::uint64_t bytes) {
 
 GuideBuffers::GuideBuffers(Device& device, std::uint64_t bytes) : device_(device), free_(32) {
     const std::uint64_t byBinding = device.info().maxStorageBufferRange / (4 * sizeof(gpu::GuideLeafSums));
-    const std::uint64_t byTexels = device.portable() ? device.info().maxStorageBufferRange / 64 : device.info().maxTexelBufferElements / 4;
-    capacity_ = std::uint32_t(std::min({bytes / kNodeBytes, byBinding, byTexels}));
+    const std::uint64_t byTexels = device.portable() ? device.info().maxStorageBufferRange / sizeof(glm::uvec4) : device.info().maxTexelBufferElements;
+    constexpr std::uint64_t byWord = std::uint64_t(1) << (32 - gpu::kQuadChildBits);
+    capacity_ = std::uint32_t(std::min({bytes / kNodeBytes, byBinding, byTexels, byWord}));
     info_ = Buffer(device, "guide info", sizeof(gpu::GuideInfo), MemoryKind::Guide);
-    nodes_ = Buffer(device, "guide quadtrees", std::uint64_t(capacity_) * gpu::kQuadNodeTexels * 16, MemoryKind::Guide, Texel::Rgba32ui);
+    nodes_ = Buffer(device, "guide quadtrees", std::uint64_t(capacity_) * sizeof(glm::uvec4), MemoryKind::Guide, Texel::Rgba32ui);
     leafSums_ = Buffer(device, "guide records", std::uint64_t(capacity_) * 4 * sizeof(gpu::GuideLeafSums), MemoryKind::Guide);
 }
 
@@ -137,7 +139,7 @@ void GuideBuffers::publish(SdTree& tree) {
         }
     }
 
-    texels_.resize(std::max<std::size_t>(texels_.size(), std::size_t(used_) * gpu::kQuadNodeTexels));
+    texels_.resize(std::max<std::size_t>(texels_.size(), used_));
     std::vector<gpu::GpuGuideCell> table(cells.size());
     std::vector<Block> written(cells.size());
     parallelFor(cells.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -155,12 +157,9 @@ void GuideBuffers::publish(SdTree& tree) {
             table[i].total = mean(cell.total(), factor);
             if (!rewrite)
                 continue;
-            glm::uvec4* texel = &texels_[std::size_t(block.first) * gpu::kQuadNodeTexels];
+            glm::uvec4* texel = &texels_[block.first];
             for (const QuadNode& node : cell.nodes)
-                for (int k = 0; k < 4; ++k) {
-                    const glm::uvec3 m = glm::floatBitsToUint(mean(node.mass[k], factor));
-                    *texel++ = glm::uvec4(m, node.child[k] ? block.first + node.child[k] : 0u);
-                }
+                *texel++ = quadtreeTexel(node, block.first);
             written[i] = {block.first, std::uint32_t(cell.nodes.size())};
             cell.changed = false;
         }
@@ -168,8 +167,8 @@ void GuideBuffers::publish(SdTree& tree) {
     cells_.uploadAll(table);
     std::erase_if(written, [](const Block& b) { return b.size == 0; });
     for (const Block& run : runs(std::move(written)))
-        nodes_.upload(std::as_bytes(std::span(texels_).subspan(std::size_t(run.first) * gpu::kQuadNodeTexels, std::size_t(run.size) * gpu::kQuadNodeTexels)),
-                      std::uint64_t(run.first) * gpu::kQuadNodeTexels * 16);
+        nodes_.upload(std::as_bytes(std::span(texels_).subspan(run.first, run.size)),
+                      std::uint64_t(run.first) * sizeof(glm::uvec4));
 }
 
 std::vector<CellRecords> GuideBuffers::collect(const SdTree& tree, double primalUnit, double derivativeUnit) {

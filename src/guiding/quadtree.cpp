@@ -113,6 +113,7 @@ std::string validateQuadtree(const std::vector<QuadNode>& nodes, std::uint32_t m
     depth[0] = 1;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const std::string name = "node " + std::to_string(i);
+        std::uint32_t expected = 0; // the next child
         if (!depth[i])
             return name + " is nobody's child";
         if (depth[i] > std::max(maxDepth, 1u))
@@ -126,6 +127,9 @@ std::string validateQuadtree(const std::vector<QuadNode>& nodes, std::uint32_t m
                 continue;
             if (child <= i || child >= nodes.size())
                 return name + " has a child out of range";
+            if (expected && child != expected)
+                return name + " has children that do not lie side by side";
+            expected = child + 1;
             if (depth[child])
                 return "node " + std::to_string(child) + " has two parents";
             depth[child] = depth[i] + 1;

@@ -28,7 +28,8 @@ struct GuideMass {
 // Four quadrants of a square, number (x >= middle) + 2 (y >= middle). Square: x = azimuth / 2 pi, y = (1 + z) / 2, in world space.
 struct QuadNode {
     std::array<GuideMass, 4> mass{};         // of inner quadrants: the sum over their children
-    std::array<std::uint32_t, 4> child{};    // index among the cell's nodes; 0: a leaf (the root, 0, is nobody's child)
+    // Index among the cell's nodes; 0: a leaf (the root, 0, is nobody's child). Those of a node lie side by side, in this order.
+    std::array<std::uint32_t, 4> child{};
 };
 
 struct GuideCell {

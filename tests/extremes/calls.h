@@ -56,7 +56,7 @@ struct GuideDraw {
     double density, again; // of the draw; at its point, asked for alone
     std::uint32_t leaf;
 };
-GuideDraw drawFloat(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& u);
+GuideDraw drawFloat(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec3& u);
 // `at`: where the float build ended, whose density is wanted.
 GuideDraw followDouble(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& at);
 

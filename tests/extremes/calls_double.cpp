@@ -15,7 +15,7 @@ using Vec3 = glm::dvec3;
 Numbers callDouble(Function function, const std::vector<float>& arguments) { return call(function, arguments); }
 
 GuideDraw followDouble(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& at) {
-    return walk(table, cell, mixture, false, at);
+    return walk(table, cell, mixture, false, glm::vec3(at, 0));
 }
 
 Drawn sampleDouble(const Query& query, const std::array<float, 3>& u) { return sample(query, u); }

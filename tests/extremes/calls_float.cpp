@@ -14,7 +14,7 @@ using Vec3 = glm::vec3;
 
 Numbers callFloat(Function function, const std::vector<float>& arguments) { return call(function, arguments); }
 
-GuideDraw drawFloat(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec2& u) {
+GuideDraw drawFloat(const GuideTable& table, std::uint32_t cell, const Mixture& mixture, const glm::vec3& u) {
     return walk(table, cell, mixture, true, u);
 }
 

@@ -58,7 +58,8 @@ TEST(ExtremeGuide, Mixtures) {
                 for (const float light : {0.0f, 1e-40f, 1e-30f, 1e-6f, 1.0f, 1e30f})
                     for (const float derivative : {0.0f, 1e-40f, 1e-30f, 1e-6f, 1.0f, 1e30f}) {
                         const Mixture mixture{kind, sign, light, derivative};
-                        const glm::vec2 u(float(random() >> 8) * 0x1p-24f, random() % 4 ? float(random() >> 8) * 0x1p-24f : random() % 2 ? 0.0f : 0.99999994f);
+                        const auto uniform = [&] { return float(random() >> 8) * 0x1p-24f; };
+                        const glm::vec3 u(uniform(), random() % 4 ? uniform() : random() % 2 ? 0.0f : 0.99999994f, uniform());
                         const GuideDraw draw = drawFloat(table, 0, mixture, u);
                         const GuideDraw truth = followDouble(table, 0, mixture, glm::vec2(draw.point));
                         const auto where = [&] {

@@ -61,28 +61,26 @@ Paths trace(const Chain& chain, std::uint32_t kind, bool segments) {
     std::mt19937 random(9);
     const auto uniform = [&] { return float(random() >> 8) / 16777216; };
     Library library;
-    library.guideMasses.resize(4);
-    library.guideChildren.assign(4, 0);
     Paths result;
     double squares = 0;
     for (int path = 0; path < kPaths; ++path) {
         int s = 0;
         double b = 1, c = 0, collected = 0;
         for (int left = kDepth; left > 0 && (b > 0 || c > 0); --left) {
-            // A quadtree of one node: quadrant k is direction k.
-            shader_float::vec3 total(0);
+            shader_float::vec3 total(0), mass[4]; // quadrant k is direction k
             for (int k = 0; k < 4; ++k) {
                 const int n = segments ? left : (kDepth + 1) / 2; // tables that do not know how many segments are left
-                library.guideMasses[k] = {float(chain.lightMass(s, k, n)), float(chain.derivativeMass(s, k, n)), 0};
-                total += library.guideMasses[k];
+                mass[k] = {float(chain.lightMass(s, k, n)), float(chain.derivativeMass(s, k, n)), 0};
+                total += mass[k];
             }
             const shader_float::vec3 weights = library.guideWeights(kind, total, float(c), float(b), 0);
             const float score = dot(weights, total);
             if (!(score > library.kMinGuideScore)) break;
-            const float x = uniform(), y = uniform();
-            const Library::GuideWalk walk = library.guideWalk(0, weights, score, true, {x, y});
-            const int k = int(walk.leaf);
-            const double p = double(walk.density) * std::acos(-1.0L); // a quadrant is a quarter of the sphere
+            // Drawn here, by the masses themselves: a quadtree rounds them to fractions.
+            int k = 0;
+            for (float at = uniform() * score; k < 3 && at >= dot(weights, mass[k]); ++k) at -= dot(weights, mass[k]);
+            const double p = double(dot(weights, mass[k]) / score);
+            if (!(p > 0)) break; // the last one by rounding
             c = (c * chain.f[s][k] + b * chain.df[s][k]) / p;
             b = b * chain.f[s][k] / p;
             s = chain.next[s][k];

@@ -21,8 +21,7 @@ const double kSphere = 4 * std::acos(-1.0L);
 Library libraryOf(const GuideTable& table) {
     Library library;
     library.guideSpatial = table.spatial;
-    library.guideMasses = table.masses;
-    library.guideChildren = table.children;
+    library.guideNodes = table.nodes;
     return library;
 }
 
@@ -50,12 +49,12 @@ float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24f; }
 
 // Densities times solid angle over the leaves; 0 where the cell has nothing to draw from. The leaves' middles stand for all of them.
 double integral(Library& library, const GuideTable& table, std::uint32_t cell, const glm::vec3& weights) {
-    const float score = dot(weights, table.cells[cell].total);
-    EXPECT_TRUE(std::isfinite(score));
-    if (!(score > library.kMinGuideScore)) return 0;
+    EXPECT_TRUE(std::isfinite(dot(weights, table.cells[cell].total)));
+    const glm::vec3 parts = library.guideParts(weights, table.cells[cell].total);
+    if (parts == glm::vec3(0)) return 0;
     double sum = 0;
     for (const Leaf& leaf : leavesOf(table, cell)) {
-        const double density = double(library.guideDensity(table.cells[cell].root, weights, score, glm::vec2(leaf.corner + 0.5 * leaf.edge)));
+        const double density = double(library.guideDensity(table.cells[cell].root, parts, glm::vec2(leaf.corner + 0.5 * leaf.edge)));
         EXPECT_GE(density, 0);
         sum += density * leaf.edge * leaf.edge * kSphere;
     }
@@ -104,16 +103,44 @@ TEST(Guide, DensityOverDirectionsIntegratesToOne) {
     const GuideTable table = grownTable(3, 2);
     Library library = libraryOf(table);
     const glm::vec3 weights = library.guideWeights(kGuideConditional, table.cells[0].total, 0.7, 1.3, 0);
-    const float score = dot(weights, table.cells[0].total);
+    const glm::vec3 parts = library.guideParts(weights, table.cells[0].total);
     const int width = 2048, height = 2048; // twice as fine as the deepest quadtree
     double sum = 0;
     for (int j = 0; j < height; ++j)
         for (int i = 0; i < width; ++i) {
             const double z = (2 * j + 1) / double(height) - 1, phi = kSphere / 2 * (i + 0.5) / width, r = std::sqrt(1 - z * z);
             const glm::vec3 d(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z));
-            sum += double(library.guideDensity(table.cells[0].root, weights, score, library.squareFromDirection(d)));
+            sum += double(library.guideDensity(table.cells[0].root, parts, library.squareFromDirection(d)));
         }
     EXPECT_NEAR(sum * kSphere / (width * height), 1, 1e-4);
+}
+
+// Nodes hold fractions of ten bits: what a leaf is drawn with is near its share of the mixture, and 0 only where that is. Over both axes of ten
+// levels, each off by a unit at most, the leaves' probabilities cannot move by more than 20 units in all.
+TEST(Guide, FractionsFollowTheMasses) {
+    std::mt19937 random(9);
+    int zeros = 0;
+    for (std::uint32_t seed = 0; seed < 64; ++seed) {
+        const GuideTable table = seed % 2 ? randomTable(seed, 3, seed / 2 % 7) : grownTable(1 + seed % 5, seed);
+        Library library = libraryOf(table);
+        const std::uint32_t cell = random() % std::uint32_t(table.cells.size());
+        const glm::vec3 total = table.cells[cell].total;
+        const glm::vec3 parts = library.guideParts(library.guideWeights(kKinds[seed / 2 % 4], total, uniform(random), uniform(random), int(seed % 3) - 1), total);
+        glm::dvec3 whole(0);
+        for (std::uint32_t q = 0; q < 4; ++q) whole += table.masses[4 * table.cells[cell].root + q];
+        double moved = 0;
+        for (const Leaf& leaf : leavesOf(table, cell)) {
+            double share = 0;
+            for (int part = 0; part < 3; ++part)
+                if (whole[part] > 0) share += double(parts[part]) * table.masses[leaf.quadrant][part] / whole[part];
+            const float density = library.guideDensity(table.cells[cell].root, parts, glm::vec2(leaf.corner + 0.5 * leaf.edge));
+            ASSERT_EQ(density > 0, share > 0) << seed;
+            moved += 0.5 * std::abs(double(density) * leaf.edge * leaf.edge * kSphere - share);
+            zeros += share == 0;
+        }
+        EXPECT_LT(moved, 20.0 / kQuadFractionOne) << seed;
+    }
+    EXPECT_GT(zeros, 100);
 }
 
 // Draws fall into the leaves as often as the density says, and evenly within them. 64 tables, two tests each; a right sampler fails
@@ -127,20 +154,21 @@ TEST(Guide, DrawsFollowTheDensity) {
         std::mt19937 random(seed);
         const std::uint32_t cell = random() % std::uint32_t(table.cells.size());
         const glm::vec3 weights = library.guideWeights(kKinds[seed / 2 % 4], table.cells[cell].total, uniform(random), uniform(random), int(seed % 3) - 1);
-        const float score = dot(weights, table.cells[cell].total);
-        if (!(score > 0)) continue;
+        const glm::vec3 parts = library.guideParts(weights, table.cells[cell].total);
+        if (parts == glm::vec3(0)) continue;
         ++tested;
         const std::vector<Leaf> leaves = leavesOf(table, cell);
         std::map<std::uint32_t, std::size_t> place;
         std::vector<double> expected, observed(leaves.size(), 0.0), within(16, 0.0);
         for (const Leaf& leaf : leaves) {
             place[leaf.quadrant] = expected.size();
-            const float density = library.guideDensity(table.cells[cell].root, weights, score, glm::vec2(leaf.corner + 0.5 * leaf.edge));
+            const float density = library.guideDensity(table.cells[cell].root, parts, glm::vec2(leaf.corner + 0.5 * leaf.edge));
             expected.push_back(double(density) * leaf.edge * leaf.edge * kSphere * kSamples);
         }
         for (int i = 0; i < kSamples; ++i) {
             const float x = uniform(random), y = uniform(random);
-            const Library::GuideWalk walk = library.guideWalk(table.cells[cell].root, weights, score, true, {x, y});
+            const std::uint32_t part = library.guidePart(parts, uniform(random));
+            const Library::GuideWalk walk = library.guideWalk(table.cells[cell].root, parts, true, part, {x, y});
             ASSERT_GT(walk.density, 0);
             ASSERT_TRUE(place.contains(walk.leaf));
             const std::size_t k = place[walk.leaf];
@@ -165,13 +193,13 @@ TEST(Guide, WalksAgree) {
         Library library = libraryOf(table);
         const std::uint32_t root = table.cells[0].root;
         const glm::vec3 weights = library.guideWeights(kKinds[seed % 4], table.cells[0].total, uniform(random), uniform(random), 0);
-        const float score = dot(weights, table.cells[0].total);
+        const glm::vec3 parts = library.guideParts(weights, table.cells[0].total);
         for (int i = 0; i < 5000; ++i) {
             const float x = uniform(random), y = uniform(random);
-            const Library::GuideWalk drawn = library.guideWalk(root, weights, score, true, {x, y});
+            const Library::GuideWalk drawn = library.guideWalk(root, parts, true, library.guidePart(parts, uniform(random)), {x, y});
             const glm::vec2 again = library.squareFromDirection(library.directionFromSquare(drawn.point));
-            const Library::GuideWalk followed = library.guideWalk(root, weights, score, false, again);
-            ASSERT_FLOAT_EQ(followed.density, library.guideDensity(root, weights, score, again));
+            const Library::GuideWalk followed = library.guideWalk(root, parts, false, 0, again);
+            ASSERT_FLOAT_EQ(followed.density, library.guideDensity(root, parts, again));
             ++points;
             if (followed.leaf != drawn.leaf) {
                 // 2e-7 of rounding on either side of a border; the finest are 2^-10 apart.

@@ -2,6 +2,7 @@
 #include "guide_table.h"
 
 #include "guiding/quadtree.h"
+#include "guiding/quadtree_texels.h"
 #include "guiding/samples.h"
 #include "shared/guide.h"
 #include "statistics.h"
@@ -25,13 +26,15 @@ GuideTable published(SdTree tree) {
     for (const SpatialNode& n : tree.spatial())
         table.spatial.push_back(n.child ? n.child : gpu::kSpatialLeaf | n.cell);
     for (const GuideCell& cell : tree.cells()) {
-        const auto root = std::uint32_t(table.masses.size() / 4);
+        const auto root = std::uint32_t(table.nodes.size());
         table.cells.push_back({root, mean(cell.total(), cell.records)});
-        for (const QuadNode& node : cell.nodes)
+        for (const QuadNode& node : cell.nodes) {
+            table.nodes.push_back(quadtreeTexel(node, root));
             for (std::size_t q = 0; q < 4; ++q) {
-                table.masses.push_back(mean(node.mass[q], cell.records));
+                table.masses.emplace_back(node.mass[q].primal, node.mass[q].plus, node.mass[q].minus);
                 table.children.push_back(node.child[q] ? root + node.child[q] : 0);
             }
+        }
     }
     const auto kept = std::make_shared<const SdTree>(std::move(tree));
     table.cellAt = [kept](glm::vec3 p) { return kept->cellAt(p); };

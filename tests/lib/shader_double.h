@@ -15,6 +15,7 @@ using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
 using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;
 #define float double

@@ -16,6 +16,7 @@ namespace cmpg::shader_float {
 using namespace glm;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
 using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;
 #include "shader_library.inc"
