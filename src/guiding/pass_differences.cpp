@@ -1,6 +1,8 @@
 // The variance of a way of sampling, from how the results of its passes differ.
 #include "guiding/pass_differences.h"
 
+#include <algorithm>
+
 namespace cmpg {
 namespace {
 
@@ -25,6 +27,11 @@ void PassDifferences::add(std::span<const double> result) {
             variance_ = variance_ ? *variance_ + kNewWeight * (squares / 2 - *variance_) : squares / 2;
     }
     last_.assign(result.begin(), result.end());
+}
+
+double worseVarianceRatio(double moments, const PassDifferences& way, const PassDifferences& other) {
+    const std::optional<double> mine = way.variance(), theirs = other.variance();
+    return mine && theirs && *theirs > 0 ? std::max(moments, *mine / *theirs) : moments;
 }
 
 } // namespace cmpg

@@ -23,4 +23,9 @@ class PassDifferences {
     std::optional<double> variance_;
 };
 
+// How many times the variance of one way is that of another: the worse of two estimates, `moments`, the ratio of their paths' moments, and that of
+// differences, where both ways have one. Only differences see what Sobol points gain, and a few bright paths in the passes of the other way
+// make the one look good in them; moments have more to go by.
+double worseVarianceRatio(double moments, const PassDifferences& way, const PassDifferences& other);
+
 } // namespace cmpg

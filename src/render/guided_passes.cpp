@@ -180,12 +180,7 @@ struct GuidedPasses::Impl {
         gating = false;
         if (!(measured[0].variance > 0) || measured[0].rays == 0)
             return;
-        // The worse of two estimates: only differences see what Sobol points gain, and a few bright paths in the passes without it make the
-        // roulette look good in them; moments have more to go by.
-        double variances = measured[1].variance / measured[0].variance;
-        const std::optional<double> plain = differences[0].variance(), split = differences[1].variance();
-        if (plain && split && *plain > 0)
-            variances = std::max(variances, *split / *plain);
+        const double variances = worseVarianceRatio(measured[1].variance / measured[0].variance, differences[1], differences[0]);
         derivatives.observeRoulette(kind, variances, double(measured[1].rays) / double(measured[0].rays));
     }
 };

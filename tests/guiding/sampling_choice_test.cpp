@@ -247,5 +247,27 @@ TEST(PassDifferences, SayNothingOfFewEntries) {
     EXPECT_FALSE(spike.variance());
 }
 
+// Two passes whose results differ by `d` in `entries` of 100 entries: a variance of entries d^2 / 2.
+PassDifferences differing(double d, std::size_t entries) {
+    PassDifferences differences;
+    std::vector<double> result(100, 1.0);
+    differences.add(result);
+    for (std::size_t i = 0; i < entries; ++i)
+        result[i] += d;
+    differences.add(result);
+    return differences;
+}
+
+TEST(PassDifferences, TheWorseOfTwoRatios) {
+    const PassDifferences small = differing(0.25, 40), large = differing(0.5, 40), unknown = differing(0.5, 2), none = differing(0, 40);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.1, small, large), 0.25);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.6, small, large), 0.6);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.6, large, small), 4);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.1, unknown, large), 0.1);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.1, small, unknown), 0.1);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.1, small, PassDifferences()), 0.1);
+    EXPECT_DOUBLE_EQ(worseVarianceRatio(0.1, small, none), 0.1); // nothing to divide by
+}
+
 } // namespace
 } // namespace cmpg
