@@ -109,6 +109,7 @@ float guideQuadrantShare(uint splits, bool right, bool top) {
            (1.0 / float(kQuadFractionOne * kQuadFractionOne));
 }
 
+// Those of P, D+, D-.
 vec3 guideQuadrantShares(uvec4 node, bool right, bool top) {
     return vec3(guideQuadrantShare(node.x, right, top), guideQuadrantShare(node.y, right, top), guideQuadrantShare(node.z, right, top));
 }

@@ -45,8 +45,8 @@ float mixtureDensity(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec3 w
     return mix(material, g.share > 0.0 ? guideDensity(g.root, g.parts, squareFromDirection(wi)) : 0.0, g.share);
 }
 
-// Draws wi with density `pdf`; u.w picks the technique and the part of the guide. `leaf`: the quadrant wi lies in; `guided`: the guide drew it. False: nothing to go
-// on with.
+// Draws wi with density `pdf`; u.w picks the technique and the part of the guide. `leaf`: the quadrant wi lies in; `guided`: the guide drew
+// it. False: nothing to go on with.
 bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf,
                    out bool guided) {
     bool drawn = sampleBsdf(surface, normal, wo, u.xyz, wi);

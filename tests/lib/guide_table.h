@@ -16,7 +16,7 @@ struct GuideTable {
     glm::vec3 lower{}, inverseExtent{};
     std::vector<std::uint32_t> spatial;            // words as in shared/guide.h
     std::vector<Cell> cells;
-    std::vector<glm::uvec4> nodes;                 // likewise
+    std::vector<glm::uvec4> nodes;                 // as there
     std::vector<glm::dvec3> masses;                // what nodes are made from: P, D+, D-, four a node
     std::vector<std::uint32_t> children;           // likewise; 0: none
     std::function<std::uint32_t(glm::vec3)> cellAt; // the host's own look-up
