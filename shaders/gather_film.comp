@@ -16,6 +16,7 @@ layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint 
 layout(binding = kBindVertices, scalar) readonly buffer Vertices { Vertex vertices[]; };
 layout(binding = kBindTangents, scalar) readonly buffer Tangents { vec3 tangents[]; };
 layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
+layout(binding = kBindDifferenceFilm, scalar) buffer DifferenceFilm { FilmPixel differenceFilm[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
 layout(binding = kBindLayers, scalar) readonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindLayerFilm, scalar) buffer LayerFilm { LayerSample layerFilm[]; };
@@ -33,6 +34,16 @@ void main() {
         addSample(p, finite ? value : vec3(0), sample0 + (path - first));
     }
     film[pixel] = p;
+    if (kDifference) {
+        FilmPixel d = differenceFilm[pixel];
+        for (uint path = first; path < end; ++path) {
+            const vec3 value = vertices[path].suffix - tangents[path];
+            const bool finite = !any(isnan(value)) && !any(isinf(value));
+            if (!finite) atomicAdd(statistics[kDroppedPixel], 1);
+            addSample(d, finite ? value : vec3(0), sample0 + (path - first));
+        }
+        differenceFilm[pixel] = d;
+    }
     if (!kLayers) return;
     LayerSample sums = layerFilm[pixel];
     for (uint path = first; path < end; ++path) {

@@ -1,5 +1,6 @@
 // One bounce of the backward scan: suffix radiance from the children, then what the derivatives make of it.
 //   X = E_{i+1} + R_{i+1};  R_i = N_i + w_i X;  T_i = dN_i + dw_i X + w_i (dE_{i+1} + T_{i+1})
+// In difference mode the second radiance follows the first recursion, with the second set of values.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -45,14 +46,14 @@ layout(binding = kBindNextMoments, scalar) readonly buffer NextMoments { VertexM
 // What the vertices a ray led to pass back.
 struct Found {
     vec3 incident; // X = E_{i+1} + R_{i+1}
-    vec3 tangent; // dE_{i+1} + T_{i+1} along the direction
+    vec3 tangent; // dE_{i+1} + T_{i+1} along the direction; difference mode: X of the second set of values
     DerivativeParts parts; // the same as sums of absolute terms
     float norm; // of the contributions made there and further along
 };
 
 void addFound(INOUT(Found) found, uint vertex, float weight, INOUT(vec3) own) {
     found.incident += weight * nextVertices[vertex].suffix;
-    if (kForward) found.tangent += weight * nextTangents[vertex];
+    if (kForward || kDifference) found.tangent += weight * nextTangents[vertex];
     if (kRecord && kDerivatives) {
         const DerivativeParts parts = nextDerivatives[vertex];
         found.parts.plus += weight * parts.plus;
@@ -110,6 +111,8 @@ void main() {
     const vec3 scattered = v.weight * found.incident;
     const vec3 reflected = visible * v.direct + scattered; // R
     if (push.firstEntry == 0) vertices[slot].suffix = v.suffix + reflected;
+    if (kDifference)
+        tangents[slot] = tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent;
     if (!kDerivatives) {
         if (kRecord) leaveRecord(slot, scattered, reflected, noTerms());
         return;

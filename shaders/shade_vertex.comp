@@ -92,16 +92,30 @@ Prefix loadPrefix(uint ray, Copy copy) {
     return prefix;
 }
 
+// The same local factors under the second set of values, for directions and lights drawn by the first.
+struct SecondFactors {
+    vec3 emission, direct, weight;
+};
+
+void tapeSecond(uint slot, SecondFactors s) {
+    tapePut3(slot, kPlaneSecond, s.emission);
+    tapePut3(slot, kPlaneSecond + 3, s.direct);
+    tapePut3(slot, kPlaneSecond + 6, s.weight);
+}
+
 void shadeEscaped(uint slot, Ray ray) {
     Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
     vec2 uv = vec2(0);
     float weight = 0.0;
+    SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     if (kEnvironment && scene.environment.width > 0) {
         uv = environmentUv(toEnvironment(scene.environment, ray.direction));
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
         v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
+        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
     }
+    if (kDifference) tapeSecond(slot, second);
     if (kDerivatives) {
         tapeSurface(slot, kNone, uv, vec2(0));
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
@@ -110,10 +124,11 @@ void shadeEscaped(uint slot, Ray ray) {
     if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }
 
-// The light sample of a vertex: N_i and its derivatives. Returns whether its visibility matters.
-bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, bool differentiated, GuidePoint g, vec3 wo, vec4 u,
-                  OUT(vec3) direct, OUT(LightSample) light) {
+// The light sample of a vertex: N_i, that of the second set of values, and derivatives. Returns whether its visibility matters.
+bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, SurfaceMaterial second, bool differentiated, GuidePoint g, vec3 wo,
+                  vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
     direct = vec3(0);
+    secondDirect = vec3(0);
     const LightChoice choice = chooseLightSample(scene, p.position, sampling.surface, sampling.normal, wo, u);
     light = sampleLight(scene, p.position, choice.u);
     if (choice.weight == 0.0) light.density = 0.0;
@@ -132,6 +147,11 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         factor = keepFinite(factor, kDroppedRadiance);
         direct = keepFinite(factor * radiance, kDroppedRadiance);
         wanted = any(notEqual(direct, vec3(0)));
+        if (kDifference) {
+            const vec3 secondFactor = scale * bsdfCos(second.surface, second.normal, wo, light.direction);
+            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
+            wanted = wanted || any(notEqual(secondDirect, vec3(0)));
+        }
         if (kDiffSurface && differentiated) {
             scaleSlotDerivatives(d, scale * radiance);
             wanted = wanted || anySlotDerivative(d);
@@ -161,6 +181,9 @@ void main() {
     const SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
     SurfaceMaterial value = sampling;
     if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
+    SurfaceMaterial secondValue = sampling;
+    if (kDifference) secondValue = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
+    SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & 0x2fu) != 0; // all slots but emission
     const vec3 wo = -ray.direction;
 
@@ -173,6 +196,8 @@ void main() {
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         v.suffix = keepFinite(emissionWeight * radiance, kDroppedRadiance);
+        if (kDifference)
+            second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
     }
     if (kDerivatives) {
         tapeSurface(slot, p.material, p.uv0, p.uv1);
@@ -191,7 +216,7 @@ void main() {
         const uvec2 path = paths[ray.path];
         const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
-            wantShadow = sampleDirect(slot, p, sampling, value, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, light);
+            wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, second.direct, light);
         else if (kDiffSurface && differentiated)
             tapeSlotDerivatives(slot, 1, noSlotDerivatives());
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
@@ -207,7 +232,8 @@ void main() {
             }
             v.weight = keepFinite(v.weight, kDroppedRadiance);
             // A black albedo ends no path whose derivative lives.
-            wantRay = any(notEqual(v.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+            if (kDifference) second.weight = keepFinite(bsdfCos(secondValue.surface, secondValue.normal, wo, wi) / pdf, kDroppedRadiance);
+            wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
         }
         if (kPrefixTangent) {
             tangent = prefix.tangent * v.weight;
@@ -216,6 +242,7 @@ void main() {
         if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
     }
 
+    if (kDifference) tapeSecond(slot, second);
     if (kGuided) countGuided(g, guided, wantRay);
     if (kLayers && push.bounce == 0)
         layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell), vec4(0), vec4(0));

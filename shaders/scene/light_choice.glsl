@@ -41,7 +41,7 @@ float expectedLight(SceneInfo scene, vec3 position, Surface surface, vec3 normal
         if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
     }
     // Where values are offset from those that sampling goes by, another side of the surface may be lit.
-    const float white = max(dot(normal, direction), kFrozen ? 0.02 : 0.0) * kInvPi;
+    const float white = max(dot(normal, direction), kFrozen || kDifference ? 0.02 : 0.0) * kInvPi;
     // The white share stays where the lobes send nothing, but a derivative may.
     return brought * (hasSpecular(surface) ? mix(white, bsdfPdf(surface, normal, wo, direction), 0.9) : white);
 }

@@ -27,6 +27,7 @@ CMPG_CONST kBindGuideLeafSums = 26; // GuideLeafSums a quadrant
 CMPG_CONST kBindGuideCellSums = 27; // GuideCellSums a cell
 CMPG_CONST kBindGuideVisits = 28; // GuideVisit a vertex
 CMPG_CONST kBindPathMoments = 29; // PathMoment a path
+CMPG_CONST kBindDifferenceFilm = 30; // FilmPixel, difference mode
 
 // One batch.
 CMPG_CONST kBindBatch = 16; // Batch
@@ -54,7 +55,7 @@ CMPG_CONST kBindNextPrefixes = 39;
 CMPG_CONST kBindVertices = 40;
 CMPG_CONST kBindNextVertices = 41;
 CMPG_CONST kBindTape = 42; // floats in planes of `capacity`, see shaders/shared/tape.h
-CMPG_CONST kBindTangents = 43; // vec3 a vertex: dE_i + T_i along the direction, forward mode
+CMPG_CONST kBindTangents = 43; // vec3 a vertex: forward mode, dE_i + T_i along the direction; difference mode, E_i + R_i under the second set of values
 CMPG_CONST kBindNextTangents = 44;
 CMPG_CONST kBindDerivatives = 45; // DerivativeParts a vertex, passes that record
 CMPG_CONST kBindNextDerivatives = 46;

@@ -4,7 +4,7 @@
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-CMPG_CONST kFeatureMode = 0; // kModeRender, kModeForward, kModeReverse
+CMPG_CONST kFeatureMode = 0; // kModeRender ... kModeDifference
 CMPG_CONST kFeatureDifferentiated = 1; // bit per slot kind; bit kSlotsPerMaterial: environment radiance
 CMPG_CONST kFeatureDiffuse = 2; // some material has a diffuse lobe
 CMPG_CONST kFeatureSpecular = 3;
@@ -44,6 +44,7 @@ CMPG_CONST kTraceCount = 6;
 CMPG_CONST kModeRender = 0;
 CMPG_CONST kModeForward = 1;
 CMPG_CONST kModeReverse = 2;
+CMPG_CONST kModeDifference = 3; // an image, and how it differs from that of the second set of values along the same paths
 
 // Dimension sets of one path vertex's random numbers; each is a 4-D point of its own.
 CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y

@@ -13,6 +13,7 @@ CMPG_CONST kTapeEmissionWeight = 1; // MIS weight of the emission found here, 0 
 CMPG_CONST kTapeSlot = 6; // dw_i, dN_i
 CMPG_CONST kTapeNormal = 18; // the same for the three components of the tangent-space normal
 CMPG_CONST kTapeLight = 6; // material of the light, its u0, v0 and dN_i / dL_e (RGB)
+CMPG_CONST kTapeSecond = 9; // E_i, N_i, w_i under the second set of values, difference mode only
 
 // Statistics counters, one uint each.
 CMPG_CONST kDroppedRadiance = 0; // non-finite light of a vertex
@@ -26,10 +27,12 @@ CMPG_SHARED_END
 
 #ifdef __cplusplus
 namespace cmpg::gpu {
-// Words a vertex takes in the tape of a derivative pass.
+// Words a vertex takes in the tape of a pass.
 inline uint tapePlanes(uint mode, uint differentiated, bool texcoord1) {
     if (mode == kModeRender)
         return 0;
+    if (mode == kModeDifference)
+        return kTapeSecond;
     const auto has = [&](uint slot) { return (differentiated >> slot & 1u) != 0; };
     const uint texcoords = texcoord1 ? kTapeTexcoord1 : 0;
     uint planes = kTapeSurface + texcoords + (mode == kModeReverse ? kTapeThroughput : 0);

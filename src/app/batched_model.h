@@ -17,6 +17,10 @@ class BatchedModel final : public ImageModel {
     std::size_t views() const override { return inner_.views(); }
     std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.render(view, spp, key); }
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
+        return inner_.renderHalves(view, spp, key, difference);
+    }
+    void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
     std::uint64_t reverse(std::size_t view, std::uint32_t, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         std::uint64_t paths = 0;

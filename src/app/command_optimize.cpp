@@ -14,7 +14,6 @@
 #include "app/targets.h"
 #include "base/log.h"
 #include "optimize/gradient_watch.h"
-#include "optimize/observed_model.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
 #include "optimize/renderer_model.h"
@@ -166,9 +165,10 @@ ExitCode runOptimize(const Options& options, Report& report) {
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
-    ObservedModel shown(batched ? static_cast<ImageModel&>(*batched) : model, [&](std::size_t view, const Image& image) {
+    config.onImage = [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
-    });
+    };
+    ImageModel& shown = batched ? static_cast<ImageModel&>(*batched) : model;
     Optimization run(shown, session.scene, config, session.parameters);
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();

@@ -43,6 +43,7 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.stopAfter = options.stopAfter.value_or(options.steps);
     config.spp = options.effectiveSpp();
     config.sppGradient = options.effectiveSppGradient();
+    config.sppDifference = options.sppDifference;
     config.seed = options.seed;
     config.loss = options.loss;
     config.optimizer.kind = options.optimizer;

@@ -167,6 +167,8 @@ void validate(const Options& o) {
     constexpr std::uint32_t kMaxEdge = 1u << 15;
     requirePositive(o.spp, "--spp", kMaxSamples);
     requirePositive(o.sppGradient, "--spp-gradient", kMaxSamples);
+    if (o.sppDifference > kMaxSamples || o.sppDifference == 1)
+        refuse("--spp-difference takes 0, or at least 2: an image has two halves", "use 2");
     requirePositive(o.width, "--width", kMaxEdge);
     requirePositive(o.height, "--height", kMaxEdge);
     requirePositive(o.maxDepth, "--max-depth", 1024);

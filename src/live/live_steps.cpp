@@ -11,6 +11,8 @@ namespace cmpg {
 void LiveWork::dropOptimization(bool keepState) {
     if (optimization_ && keepState) {
         kept_ = optimization_->state();
+        kept_.images.clear(); // of other parameters, or of another view
+        kept_.imageValues.clear();
         keptParameters_ = optimization_->parameters();
     }
     if (!keepState) {
@@ -22,7 +24,6 @@ void LiveWork::dropOptimization(bool keepState) {
         state_.secondsPrimal = state_.secondsGradient = state_.secondsUpdate = state_.rate = 0;
     }
     optimization_.reset();
-    shownModel_.reset();
     model_.reset();
 }
 
@@ -35,13 +36,13 @@ void LiveWork::ensureOptimization() {
     for (std::size_t v = 0; v < scene_.views(); ++v)
         views.push_back(scene_.view(v));
     model_ = std::make_unique<RendererModel>(*renderer_, *passes_, views);
-    shownModel_ = std::make_unique<ObservedModel>(*model_, [this](std::size_t view, const Image& image) {
+    config.onImage = [this](std::size_t view, const Image& image) {
         if (view != settings_.view)
             return;
         state_.imageSamples = settings_.spp;
         showImage(image);
         hooks_.publish();
-    });
+    };
     // Parameters that stay keep their moments; new ones begin here.
     OptimizeState state{.step = kept_.step, .moments = {}};
     for (const std::uint32_t p : settings_.parameters) {
@@ -53,7 +54,7 @@ void LiveWork::ensureOptimization() {
         state.moments.push_back(initialMoments(config.optimizer, scene_.scene.parameters[p]));
         state.moments.back().start = kept_.step;
     }
-    optimization_ = std::make_unique<Optimization>(*shownModel_, scene_.scene, std::move(config), settings_.parameters, std::move(state));
+    optimization_ = std::make_unique<Optimization>(*model_, scene_.scene, std::move(config), settings_.parameters, std::move(state));
 }
 
 void LiveWork::step() {

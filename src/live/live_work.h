@@ -3,7 +3,6 @@
 
 #include "live/loaded_scene.h"
 #include "live/refined.h"
-#include "optimize/observed_model.h"
 #include "optimize/optimize.h"
 #include "optimize/renderer_model.h"
 #include "vk/device.h"
@@ -89,7 +88,6 @@ class LiveWork {
     Sampling passesSampling_ = Sampling::Auto;
     std::unique_ptr<GuidedPasses> passes_;
     std::unique_ptr<RendererModel> model_;
-    std::unique_ptr<ObservedModel> shownModel_; // shows what model_ makes
     std::unique_ptr<Optimization> optimization_;
     // Of an optimisation whose renderer had to go, to go on with.
     OptimizeState kept_;

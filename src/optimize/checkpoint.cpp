@@ -4,6 +4,8 @@
 #include "base/error.h"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -36,10 +38,40 @@ void put(ByteWriter& out, const OptimizeState& state) {
     }
     out.count(state.history.size());
     for (const StepRecord& r : state.history) {
-        for (const double value : {r.loss, r.regularizer, r.rate, r.secondsPrimal, r.secondsGradient, r.secondsUpdate, r.gradientNorm})
+        for (const double value : {r.loss, r.lossError, r.regularizer, r.rate, r.secondsPrimal, r.secondsGradient, r.secondsUpdate, r.gradientNorm})
             out.put(value);
         out.put(r.dropped);
     }
+}
+
+void put(ByteWriter& out, const RunningImage& image) {
+    out.put(std::uint32_t(image.half[0].width));
+    out.put(std::uint32_t(image.half[0].height));
+    for (const Image& half : image.half)
+        out.put(half.values);
+    out.put(image.samples);
+    for (const double value : {image.imageVariance, image.differenceVariance, image.covariance})
+        out.put(value);
+    out.put(image.differences);
+}
+
+RunningImage getRunningImage(ByteReader& in) {
+    RunningImage image;
+    const auto width = in.get<std::uint32_t>(), height = in.get<std::uint32_t>();
+    for (Image& half : image.half) {
+        half.width = int(width);
+        half.height = int(height);
+        half.channels = 3;
+        half.values = in.reals<float>();
+        if (half.values.size() != std::uint64_t(width) * height * 3)
+            throw Malformed{"an image has another size than it says"};
+    }
+    image.samples = in.get<std::uint32_t>();
+    image.imageVariance = in.figure("the variance of an image");
+    image.differenceVariance = in.figure("the variance of a difference");
+    image.covariance = in.real();
+    image.differences = in.get<std::uint32_t>();
+    return image;
 }
 
 OptimizeState getState(ByteReader& in) {
@@ -52,15 +84,22 @@ OptimizeState getState(ByteReader& in) {
         m.first = in.reals<float>();
         m.second = in.reals<float>();
     }
-    state.history.resize(in.count(8 * 8));
+    state.history.resize(in.count(9 * 8));
     for (StepRecord& r : state.history) {
-        for (double* value : {&r.loss, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})
+        for (double* value : {&r.loss, &r.lossError, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})
             *value = in.real();
         r.dropped = in.get<std::uint64_t>();
     }
     if (state.history.size() != state.step)
         throw Malformed{"its steps and their records differ in number"};
     return state;
+}
+
+std::vector<RunningImage> getImages(ByteReader& in) {
+    std::vector<RunningImage> images(in.count(2 * 4 + 2 * 8 + 4 + 3 * 8 + 4));
+    for (RunningImage& image : images)
+        image = getRunningImage(in);
+    return images;
 }
 
 template <class T> std::vector<std::vector<T>> getVectors(ByteReader& in) {
@@ -112,6 +151,13 @@ std::vector<FileSection> checkpointSections(const Optimization& run, const Image
                         for (const std::uint32_t p : run.parameters())
                             out.put(run.scene().parameters[p].values);
                     }),
+            section("images",
+                    [&](ByteWriter& out) {
+                        out.count(run.state().images.size());
+                        for (const RunningImage& image : run.state().images)
+                            put(out, image);
+                        putVectors(out, run.state().imageValues);
+                    }),
             section("gradient", [&](ByteWriter& out) { putVectors(out, run.gradients()); }),
             section("learned", [&](ByteWriter& out) { model.save(out); })};
 }
@@ -125,6 +171,10 @@ Checkpoint readCheckpoint(const std::vector<FileSection>& sections) {
         c.state = readSection(sections, "state", getState);
         c.values = readSection(sections, "values", getVectors<float>);
         c.gradients = readSection(sections, "gradient", getVectors<double>);
+        std::tie(c.state.images, c.state.imageValues) = readSection(sections, "images", [](ByteReader& in) {
+            std::vector<RunningImage> images = getImages(in);
+            return std::pair(std::move(images), getVectors<float>(in));
+        });
         c.learned = bytesOf(sections, "learned");
         for (const std::vector<float>& values : c.values)
             if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))

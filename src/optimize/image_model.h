@@ -13,6 +13,10 @@ class ImageModel {
     virtual std::size_t views() const = 0;
     virtual std::pair<int, int> size(std::size_t view) const = 0; // width, height in pixels
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
+    // An image of `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the values of
+    // setSecondValues().
+    virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) = 0;
+    virtual void setSecondValues(std::uint32_t parameter, std::span<const float> values) = 0;
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order, from `spp` samples
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,

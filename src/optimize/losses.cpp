@@ -14,10 +14,11 @@ constexpr std::size_t kChunk = 1 << 14; // pixels
 double sign(double x) { return double(x > 0) - double(x < 0); }
 
 struct Totals {
-    double value = 0;
+    double value = 0, variance = 0;
     std::uint64_t nonFinite = 0;
     Totals& operator+=(const Totals& other) {
         value += other.value;
+        variance += other.variance;
         nonFinite += other.nonFinite;
         return *this;
     }
@@ -62,7 +63,24 @@ LossTerm lossTerm(Loss loss, double x, double y) {
     return {0, 0};
 }
 
-LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask) {
+namespace {
+
+// The loss of two estimates of one value, their mean's derivative, and the variance by how they differ.
+struct NoisyTerm {
+    double value, derivative, variance;
+};
+
+NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
+    const double x = 0.5 * (a + b), half = 0.5 * (a - b) * (a - b); // half: variance of a and of b
+    const LossTerm mean = lossTerm(loss, x, y);
+    if (loss != Loss::Mse && loss != Loss::RelativeMse)
+        return {mean.value, mean.derivative, mean.derivative * mean.derivative * half / 2};
+    const double unit = loss == Loss::Mse ? 1 : 1 / (y * y + kLossEpsilon);
+    // The variance of (a - y) (b - y) is 2 v D^2 + v^2, with v that of a and b and D without noise; (x - y)^2 is D^2 + v / 2 on average.
+    return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit};
+}
+
+LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask) {
     if (image.width != target.width || image.height != target.height || image.channels != target.channels)
         throw Error(ExitCode::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
     if (!mask.empty() && mask.size() != image.pixels())
@@ -81,11 +99,12 @@ LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std:
 
     const std::size_t channels = std::size_t(image.channels);
     const double norm = 1 / (total * double(channels));
-    LossResult result{0, Image(image.width, image.height, image.channels), 0};
+    LossResult result{0, 0, Image(image.width, image.height, image.channels), 0};
     const Totals totals = orderedSum<Totals>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
         Totals sum;
         for (std::size_t p = begin; p < end; ++p) {
-            const float* x = image.values.data() + p * channels;
+            const float* a = image.values.data() + p * channels;
+            const float* b = second.values.data() + p * channels;
             const float* y = target.values.data() + p * channels;
             const double w = weight(p);
             // The target is not looked at where it does not count: it may hold anything there.
@@ -93,22 +112,32 @@ LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std:
                 continue;
             bool finite = true;
             for (std::size_t c = 0; c < channels; ++c)
-                finite = finite && std::isfinite(x[c]);
+                finite = finite && std::isfinite(a[c]) && std::isfinite(b[c]);
             if (!finite) {
                 ++sum.nonFinite;
                 continue;
             }
             for (std::size_t c = 0; c < channels; ++c) {
-                const LossTerm term = lossTerm(loss, x[c], y[c]);
+                const NoisyTerm term = noisyTerm(loss, a[c], b[c], y[c]);
                 sum.value += w * term.value;
+                sum.variance += w * w * term.variance;
                 result.adjoint.values[p * channels + c] = float(w * term.derivative * norm);
             }
         }
         return sum;
     });
     result.value = totals.value * norm;
+    result.error = std::sqrt(totals.variance) * norm;
     result.nonFinite = totals.nonFinite;
     return result;
 }
+
+} // namespace
+
+LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Image& target, std::span<const float> mask) {
+    return evaluate(loss, halves[0], halves[1], target, mask);
+}
+
+LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask) { return evaluate(loss, image, image, target, mask); }
 
 } // namespace cmpg

@@ -3,6 +3,7 @@
 
 #include "scene/image.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -27,12 +28,17 @@ LossTerm lossTerm(Loss loss, double x, double y);
 
 struct LossResult {
     double value = 0;            // weighted mean over pixels and channels
+    double error = 0;            // standard error of `value` by the noise of the image; 0 where it is not known
     Image adjoint;               // dvalue/dpixel, in the image's shape
     std::uint64_t nonFinite = 0; // pixels left out because the image is not finite there
 };
 
+// `halves`: two estimates of one image with noise of their own; the adjoint is that of their mean. Squared losses are products of a term of each,
+// without bias by noise. The others are those of the mean: noise makes |x - y| larger by at most its own mean magnitude.
 // `mask`: weight in [0,1] of each pixel, or empty for 1 everywhere. The sum is in a fixed order: equal inputs, equal bits, whatever
 // the number of threads. Error(Input) if the sizes differ or nothing is unmasked.
+LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Image& target, std::span<const float> mask = {});
+// Of an image without noise, or whose noise is to be in the value.
 LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask = {});
 
 } // namespace cmpg

@@ -42,7 +42,7 @@ StepRecord recordOf(const StepReport& report) {
     double squares = 0;
     for (const double norm : report.gradientNorm)
         squares += norm * norm;
-    return {report.loss,           report.regularizer,   report.rate,        report.secondsPrimal, report.secondsGradient,
+    return {report.loss,           report.lossError,      report.regularizer,   report.rate,        report.secondsPrimal, report.secondsGradient,
             report.secondsUpdate, std::sqrt(squares), report.dropped};
 }
 
@@ -80,6 +80,9 @@ StepReport Optimization::step() {
     gradients_.resize(parameters_.size());
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
+    images_.clear();
+    for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
+        model_.setSecondValues(parameters_[i], state_.imageValues[i]);
     for (std::size_t view = 0; view < model_.views(); ++view)
         addView(view, report);
     sumUp(report);
@@ -89,33 +92,58 @@ StepReport Optimization::step() {
     return report;
 }
 
+RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
+    if (!carriesImages()) {
+        RunningImage image;
+        image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false));
+        return image;
+    }
+    // One sequence of samples for all steps.
+    PassKey key{config_.seed, std::uint32_t(view), kPrimalPass};
+    const bool first = view >= state_.images.size() || state_.images[view].empty();
+    RunningImage image = first ? RunningImage() : state_.images[view];
+    key.firstSample = image.samples;
+    ImageHalves halves = model_.renderHalves(view, first ? config_.spp : config_.sppDifference, key, true);
+    if (first)
+        image.begin(std::move(halves));
+    else
+        image.advance(halves);
+    return image;
+}
+
 void Optimization::addView(std::size_t view, StepReport& report) {
     // Views draw numbers of their own: the same numbers in all would add their errors up.
     const auto views = std::uint32_t(model_.views());
     const auto step = std::uint32_t(state_.step * views + view);
     const Target& target = config_.targets[view];
 
-    Image image;
+    RunningImage image;
     {
         const ScopedTime time(report.secondsPrimal);
-        image = model_.render(view, config_.spp, {config_.seed, step, kPrimalPass});
+        image = this->image(view, step);
     }
     LossResult loss;
     {
         const ScopedTime time(report.secondsUpdate);
-        loss = evaluateLoss(config_.loss, image, target.image, target.mask);
+        if (config_.onImage)
+            config_.onImage(view, image.mean());
+        loss = evaluateLoss(config_.loss, image.half, target.image, target.mask);
         if (views > 1)
             for (float& value : loss.adjoint.values)
                 value /= float(views);
     }
     report.loss += loss.value / views;
+    report.lossError = std::hypot(report.lossError, loss.error / views);
     report.dropped += loss.nonFinite;
-    report.samples += std::uint64_t(config_.spp) * image.pixels();
+    const std::uint32_t earlier = carriesImages() && view < state_.images.size() ? state_.images[view].samples : 0;
+    report.samples += 2 * std::uint64_t(image.samples - earlier) * image.half[0].pixels();
 
     const ScopedTime time(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
     report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
     report.concentration = std::max(report.concentration, model_.concentration());
+    if (carriesImages())
+        images_.push_back(std::move(image));
 }
 
 double Optimization::rateFactor() const {
@@ -143,6 +171,10 @@ void Optimization::sumUp(StepReport& report) {
 void Optimization::applyUpdate(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     const double factor = rateFactor();
+    state_.images = std::move(images_);
+    state_.imageValues.clear();
+    for (std::size_t i = 0; carriesImages() && i < parameters_.size(); ++i)
+        state_.imageValues.push_back(scene_.parameters[parameters_[i]].values);
     if (state_.step >= config_.warmUp)
         for (std::size_t i = 0; i < parameters_.size(); ++i)
             report.dropped += updateParameter(config_.optimizer, state_.step - state_.moments[i].start, factor, gradients_[i], state_.moments[i],
@@ -170,6 +202,11 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
                moments.second.size() == state_.moments[i].second.size();
     }
+    fits = fits && state.imageValues.size() == (state.images.empty() ? 0 : parameters_.size()) && (state.images.empty() || state.images.size() == model_.views());
+    for (std::size_t i = 0; fits && i < state.imageValues.size(); ++i)
+        fits = state.imageValues[i].size() == values[i].size();
+    for (std::size_t view = 0; fits && view < state.images.size(); ++view)
+        fits = std::pair(state.images[view].half[0].width, state.images[view].half[0].height) == model_.size(view);
     if (!fits)
         throw Error(ExitCode::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
 }

@@ -4,6 +4,7 @@
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
+#include "optimize/running_image.h"
 #include "optimize/target.h"
 
 #include <atomic>
@@ -15,6 +16,8 @@ struct OptimizeConfig {
     std::uint32_t steps = 200;
     std::uint32_t stopAfter = ~0u; // steps: run() ends early, the schedule is that of all
     std::uint32_t spp = 16, sppGradient = 4; // per pixel and step, of the primal and of the derivative pass
+    // Per pixel, of the steps that carry the image of the step before on (RunningImage), two at least; 0: every step renders its own of `spp`.
+    std::uint32_t sppDifference = 2;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     OptimizerConfig optimizer;
@@ -22,11 +25,13 @@ struct OptimizeConfig {
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
+    std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
 };
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0
-    double loss = 0;            // mean over the views, before the update
+    double loss = 0;            // mean over the views, before the update; without bias by noise where the loss is a squared one
+    double lossError = 0;       // its standard error by noise
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0; // wall; update includes loss, regulariser, upload
@@ -38,7 +43,7 @@ struct StepReport {
 
 // What is kept of a step for good.
 struct StepRecord {
-    double loss = 0, regularizer = 0, rate = 0; // as in StepReport, like the rest
+    double loss = 0, lossError = 0, regularizer = 0, rate = 0; // as in StepReport, like the rest
     double secondsPrimal = 0, secondsGradient = 0, secondsUpdate = 0;
     double gradientNorm = 0; // over all parameters
     std::uint64_t dropped = 0;
@@ -50,6 +55,8 @@ struct OptimizeState {
     std::uint32_t step = 0; // steps done
     std::vector<Moments> moments;
     std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
+    std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
+    std::vector<std::vector<float>> imageValues{};  // of the parameters, for which they were made
 };
 
 // Random numbers of the image of a view that is made to be looked at: of no step.
@@ -94,6 +101,8 @@ class Optimization {
     void applyUpdate(StepReport& report);
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
+    bool carriesImages() const { return config_.sppDifference > 0; }
+    RunningImage image(std::size_t view, std::uint32_t step);
 
     ImageModel& model_;
     Scene& scene_;
@@ -102,6 +111,7 @@ class Optimization {
     OptimizeState state_;
     double rateFactor_ = 1;
     std::vector<std::vector<double>> gradients_;
+    std::vector<RunningImage> images_; // of the step in flight
 };
 
 } // namespace cmpg

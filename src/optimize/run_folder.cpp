@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHeader = "step,loss,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped\n";
+constexpr const char* kHeader = "step,loss,loss_error,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped\n";
 
 void makeFolder(const fs::path& folder) {
     std::error_code error;
@@ -27,7 +27,7 @@ Error unwritable(const fs::path& file) {
 
 std::string row(std::size_t step, const StepRecord& r) {
     char text[320];
-    std::snprintf(text, sizeof text, "%zu,%.9g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", step, r.loss, r.regularizer, r.rate, r.secondsPrimal,
+    std::snprintf(text, sizeof text, "%zu,%.9g,%.3g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", step, r.loss, r.lossError, r.regularizer, r.rate, r.secondsPrimal,
                   r.secondsGradient, r.secondsUpdate, r.gradientNorm, static_cast<unsigned long long>(r.dropped));
     return text;
 }

@@ -26,7 +26,7 @@ SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
 std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
     if (!pass.guided || kind == Sampling::Bsdf)
         return gpu::kGuideNone;
-    if (pass.mode == gpu::kModeRender)
+    if (pass.mode == gpu::kModeRender || pass.mode == gpu::kModeDifference)
         return gpu::kGuidePrimal; // an image has no derivatives
     switch (kind) {
     case Sampling::Primal:

@@ -11,7 +11,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kNegativeHalf = 8, kRepetition = 16;
+constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8, kRepetition = 16;
 constexpr std::uint32_t kGatePasses = 2; // of each way
 
 std::vector<SamplingWay> waysOf(Sampling asked, bool derivatives, bool roulette) {
@@ -239,17 +239,34 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     const SamplingWay way = p.imageWay();
     p.use(way, p.recording());
     Image image = p.renderer.render(view, spp, key, layers);
-    PassMeasure m = p.renderer.lastPass();
-    if (p.repeating(p.images)) {
-        const Image again = p.renderer.render(view, spp, repetition(key));
-        m = meanOf(m, p.renderer.lastPass());
-        p.compare(p.images, way, entries(image), entries(again), m.variance);
-        for (std::size_t i = 0; i < image.values.size(); ++i)
-            image.values[i] = 0.5f * (image.values[i] + again.values[i]);
-    }
+    const PassMeasure m = p.renderer.lastPass();
     if (p.recording() && m.paths > 0)
         p.images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
     return image;
+}
+
+ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference) {
+    Impl& p = *impl_;
+    const SamplingWay way = p.imageWay();
+    p.use(way, p.recording());
+    ImageHalves halves{{}, std::max(1u, spp / 2)};
+    PassMeasure sum;
+    for (std::uint32_t h = 0; h < 2; ++h) {
+        const PassKey own{key.seed, key.step, key.pass + (h == 0 ? 0 : kSecondHalf), key.firstSample};
+        if (difference)
+            halves.half[h] = p.renderer.renderDifference(view, halves.samples, own);
+        else
+            halves.half[h].image = p.renderer.render(view, halves.samples, own);
+        sum.add(p.renderer.lastPass());
+    }
+    if (p.recording() && sum.paths > 0) {
+        PassDifferences differences;
+        for (const ImageDifference& half : halves.half)
+            differences.add(entries(half.image));
+        if (const std::optional<double> variance = differences.variance())
+            p.images.observe(way, *variance * halves.samples, double(sum.rays) / double(sum.paths));
+    }
+    return halves;
 }
 
 Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

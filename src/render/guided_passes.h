@@ -54,6 +54,8 @@ class GuidedPasses {
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
+    // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values.
+    ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference);
     // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

@@ -3,7 +3,7 @@
 
 namespace cmpg {
 
-using gpu::kModeRender, gpu::kModeReverse;
+using gpu::kModeDifference, gpu::kModeRender, gpu::kModeReverse;
 
 PassKernels::PassKernels(Device& device, const FeatureSet& features, const SceneBuffers& scene, const GuideBuffers* guide, const RenderConfig& config)
     : device_(device), features_(features), scene_(scene), guide_(guide), config_(config) {
@@ -17,11 +17,11 @@ FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const Pass
     FeatureSet::Pass pass;
     pass.mode = mode;
     pass.sobol = config_.sampler == Sampler::Sobol;
-    pass.frozen = config_.frozenEvaluation;
+    pass.frozen = config_.frozenEvaluation && mode != kModeDifference;
     pass.layers = layers;
     pass.maxDepth = config_.maxDepth;
     pass.threads = device_.driverThreads();
-    pass.oneSign = s.sign != 0 && mode != kModeRender;
+    pass.oneSign = s.sign != 0 && mode != kModeRender && mode != kModeDifference;
     if (!guide_)
         return pass;
     pass.record = s.record;

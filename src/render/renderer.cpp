@@ -18,7 +18,7 @@ namespace cmpg {
 
 namespace {
 
-using gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
+using gpu::kModeDifference, gpu::kModeForward, gpu::kModeRender, gpu::kModeReverse;
 
 constexpr std::uint32_t kPilotSize = 32;  // edge of the pilot image that fixes the scale of the gradient sums
 constexpr double kGradientBits = 48;      // gradient unit = 2^-48 of the pass's expected sum of magnitudes; 2^14 of headroom above it
@@ -34,6 +34,12 @@ Scene& unpackSmallTextures(Scene& scene) {
             p.materialise();
     return scene;
 }
+
+// Sums over the samples of a pixel, so far.
+struct Gathered {
+    gpu::FilmPixel film{}, difference{};
+    gpu::LayerSample layers{};
+};
 
 } // namespace
 
@@ -57,7 +63,7 @@ struct Renderer::Impl {
         : device(d), scene(unpackSmallTextures(s)), config(c),
           // Nothing is scattered at the last segment, so with one no light is sampled.
           features(analyse(s, {c.differentiable, c.lightSampling && c.maxDepth > 1, c.guiding, c.allFeatures})),
-          buffers(d, s, features, c.differentiable, c.frozenEvaluation),
+          buffers(d, s, features, c.differentiable, c.frozenEvaluation || c.differences),
           guide(features.guiding ? std::optional<Guide>(std::in_place, d, s, config) : std::nullopt),
           kernels(d, features, buffers, guideBuffers(), config) {}
 
@@ -70,7 +76,7 @@ struct Renderer::Impl {
 
     const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
 
-    // Calls receive(pixel, film, layers) for every pixel, in order, when `film`. Returns how many contributions were too large for the
+    // Calls receive(pixel, gathered) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
     template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
         const FeatureSet::Pass pass = kernels.passOf(mode, layers, in.sampling, learned());
@@ -85,14 +91,14 @@ struct Renderer::Impl {
         Commands commands(device);
         k.wavefront.record(commands, buffers, pools(), guideBuffers(), film);
 
+        const bool differences = mode == kModeDifference;
         const std::size_t pixels = std::size_t(in.width) * in.height;
         // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
         std::uint32_t most = pass.roulette ? std::min(rouletteRoom, pools().capacity) : pools().capacity;
         std::vector<std::uint32_t> offsets;
-        std::vector<gpu::FilmPixel> tile;
+        std::vector<gpu::FilmPixel> tile, differenceTile;
         std::vector<gpu::LayerSample> layerTile;
-        gpu::FilmPixel carry{};
-        gpu::LayerSample layerCarry{};
+        Gathered carry;
         BatchStart next;
         measure = {};
         MomentSum moments;
@@ -110,11 +116,15 @@ struct Renderer::Impl {
             counts[0].arrivalGroups = counts[0].vertexGroups;
             pools().counts.uploadAll(counts);
             if (film) {
-                beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry);
+                beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry.film);
                 pools().film.uploadAll(tile);
                 if (layers) {
-                    beginTile(layerTile, batch, in.film ? &in.film->layerSums : nullptr, layerCarry);
+                    beginTile(layerTile, batch, in.film ? &in.film->layerSums : nullptr, carry.layers);
                     pools().layerFilm.uploadAll(layerTile);
+                }
+                if (differences) {
+                    beginTile<gpu::FilmPixel>(differenceTile, batch, nullptr, carry.difference);
+                    pools().differenceFilm.uploadAll(differenceTile);
                 }
             }
             if (mode == kModeReverse)
@@ -140,11 +150,15 @@ struct Renderer::Impl {
             tile = pools().film.downloadAll<gpu::FilmPixel>(batch.pixels);
             if (layers)
                 layerTile = pools().layerFilm.downloadAll<gpu::LayerSample>(batch.pixels);
+            if (differences)
+                differenceTile = pools().differenceFilm.downloadAll<gpu::FilmPixel>(batch.pixels);
+            const auto gathered = [&](std::size_t i) {
+                return Gathered{tile[i], differences ? differenceTile[i] : gpu::FilmPixel{}, layers ? layerTile[i] : gpu::LayerSample{}};
+            };
             const std::size_t complete = batch.pixels - (split ? 1 : 0);
             for (std::size_t i = 0; i < complete; ++i)
-                receive(batch.firstPixel + i, tile[i], layers ? layerTile[i] : gpu::LayerSample{});
-            carry = split ? tile.back() : gpu::FilmPixel{};
-            layerCarry = split && layers ? layerTile.back() : gpu::LayerSample{};
+                receive(batch.firstPixel + i, gathered(i));
+            carry = split ? gathered(complete) : Gathered{};
         }
         if (pass.measure) {
             measure.variance = moments.variance();
@@ -206,20 +220,23 @@ struct Renderer::Impl {
         return tooLarge;
     }
 
-    Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
+    Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers, Image* difference = nullptr) {
         PassInput in = passInput(view, key, spp);
         in.sampling = sampling;
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
             *layers = Layers(view.width, view.height, spp, layerDepths());
-        run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
-            const glm::dvec4 means = filmSums(p) / double(spp);
+        run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const Gathered& g) {
+            const glm::dvec4 means = filmSums(g.film) / double(spp);
             for (int c = 0; c < 3; ++c)
                 result.values[3 * pixel + c] = float(means[c]);
+            if (difference)
+                for (int c = 0; c < 3; ++c)
+                    difference->values[3 * pixel + c] = meanOf(g.difference, spp)[c];
             variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, spp - 1));
             if (layers)
-                layers->set(pixel, l);
+                layers->set(pixel, g.layers);
         });
         measure.variance = variance;
         return result;
@@ -237,10 +254,10 @@ struct Renderer::Impl {
         in.sampling.record = false;
         in.film = &film;
         Film sum(film.width, film.height, film.hasLayers());
-        run(mode, film.hasLayers(), true, in, [&](std::size_t pixel, const gpu::FilmPixel& p, const gpu::LayerSample& l) {
-            sum.pixels[pixel] = p;
+        run(mode, film.hasLayers(), true, in, [&](std::size_t pixel, const Gathered& g) {
+            sum.pixels[pixel] = g.film;
             if (sum.hasLayers())
-                sum.layerSums[pixel] = l;
+                sum.layerSums[pixel] = g.layers;
         });
         sum.samples = film.samples + spp;
         sum.layerDepths = layerDepths();
@@ -248,9 +265,9 @@ struct Renderer::Impl {
     }
 
     // Before the pools are filled for the pass: the pilot image may need other ones.
-    void openRecords(const View& view, const PassKey& key) {
+    void openRecords(const View& view, const PassKey& key, std::uint32_t mode = kModeRender) {
         if (guide && sampling.record)
-            guide->openRecords([&] { return pilotRadiance(view, key, kModeRender); }, shortestNormal());
+            guide->openRecords([&] { return pilotRadiance(view, key, mode); }, shortestNormal());
     }
 
     void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
@@ -291,8 +308,8 @@ struct Renderer::Impl {
         in.width = in.height = kPilotSize;
         in.spp = 1;
         double sum = 0;
-        run(mode, false, true, in, [&](std::size_t, const gpu::FilmPixel& p, const gpu::LayerSample&) {
-            const glm::dvec3 value(filmSums(p));
+        run(mode, false, true, in, [&](std::size_t, const Gathered& g) {
+            const glm::dvec3 value(filmSums(g.film));
             sum += (std::abs(value.x) + std::abs(value.y) + std::abs(value.z)) / 3;
         });
         const double mean = sum / (double(kPilotSize) * kPilotSize);
@@ -345,11 +362,18 @@ void Renderer::setGuide(SdTree tree) { impl_->guide.value().replace(std::move(tr
 
 void Renderer::setParameter(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setParameter(parameter, values); }
 
-void Renderer::setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setFrozen(parameter, values); }
+void Renderer::setSecondValues(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setSecond(parameter, values); }
 
 Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
     impl_->openRecords(view, key);
     return impl_->image(kModeRender, view, spp, key, layers);
+}
+
+ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key) {
+    impl_->openRecords(view, key, kModeDifference);
+    ImageDifference result{{}, Image(view.width, view.height, 3)};
+    result.image = impl_->image(kModeDifference, view, spp, key, nullptr, &result.difference);
+    return result;
 }
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
@@ -397,7 +421,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
         in.emissionScale = fixedPointScale(coarseness * adjointSum, kGradientBits, emissionUnit);
         for (std::uint64_t at = 0; at < entries; at += zeros.size())
             r.pools().gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
-        const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const gpu::FilmPixel&, const gpu::LayerSample&) {});
+        const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const Gathered&) {});
         if (attempt == 0)
             measure = r.measure;
         in.sampling.record = false; // once is enough

@@ -9,6 +9,7 @@
 #include "vk/device.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -24,7 +25,8 @@ struct RenderConfig {
     Sampler sampler = Sampler::Sobol;
     bool lightSampling = true; // next-event estimation with MIS
     bool allFeatures = false;  // all kernels' features and their buffers, needed or not: for comparison, the results are the same
-    bool frozenEvaluation = false; // room for a second set of values, see setFrozenEvaluation
+    bool frozenEvaluation = false; // f is evaluated with a second set of values, see setSecondValues
+    bool differences = false;      // a second set of values for Mode::Difference
     std::uint64_t memoryBudget = std::uint64_t(1) << 30; // bytes of transient device memory
     bool guiding = false;                                // room for a guide
     // What passes to come will ask of the pools, so that they are made once, before the first: else the first pass that does has them remade.
@@ -65,8 +67,19 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette; + 8: the half for negative terms
+    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image; + 8: the half for negative terms, + 16: repetition
     std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
+};
+
+// An image, and what is to be subtracted from it for the image under the second set of values.
+struct ImageDifference {
+    Image image, difference; // the latter empty where it was not asked for
+};
+
+// An image in two halves with random numbers of their own. How they differ is their variance; a product of both has no bias by noise.
+struct ImageHalves {
+    std::array<ImageDifference, 2> half;
+    std::uint32_t samples = 0; // per pixel, of each
 };
 
 struct View {
@@ -104,7 +117,7 @@ class Renderer {
     Renderer(Device& device, Scene& scene, const RenderConfig& config);
     ~Renderer();
 
-    enum class Mode { Render, Forward, Reverse };
+    enum class Mode { Render, Forward, Reverse, Difference };
     // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
     void prepare(std::initializer_list<Mode> modes, bool layers = false);
 
@@ -113,9 +126,9 @@ class Renderer {
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);
-    // Values the scattering functions are evaluated with while all sampling stays at setParameter's values: frozen finite
-    // differences. Empty span: back to one set.
-    void setFrozenEvaluation(std::uint32_t parameter, std::span<const float> values);
+    // The second set of values, for which all sampling stays at setParameter's values. Frozen evaluation: the only one that scattering and
+    // emission are evaluated with. renderDifference(): both are. Empty span: the parameter has the same values in both.
+    void setSecondValues(std::uint32_t parameter, std::span<const float> values);
 
     void setInteraction(Interaction interaction);
     void setSampling(const PassSampling& sampling);
@@ -130,6 +143,10 @@ class Renderer {
 
     // RGB radiance. `spp` samples in every pixel.
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
+
+    // The image, and how it differs from that of the second set of values along the same paths: exactly 0 where a pixel's paths meet nothing
+    // that differs. Needs RenderConfig::differences.
+    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key);
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

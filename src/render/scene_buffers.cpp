@@ -60,8 +60,8 @@ void SceneBuffers::chooseMaterials() {
     }
 }
 
-SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen)
-    : device_(device), scene_(scene), features_(features), differentiable_(differentiable), hasFrozen_(frozen) {
+SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool second)
+    : device_(device), scene_(scene), features_(features), differentiable_(differentiable), hasSecond_(second) {
     for (const std::uint32_t p : differentiable_) {
         scene_.parameters[p].materialise();
         gradientOffsets_.push_back(gradientEntries_);
@@ -72,11 +72,11 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
     uploadGeometry(device);
     layOutValues(device);
     uploadSlots(device);
-    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, materialsUp_.size()) * sizeof(gpu::GpuMaterial) * (hasFrozen_ ? 2 : 1),
+    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, materialsUp_.size()) * sizeof(gpu::GpuMaterial) * (hasSecond_ ? 2 : 1),
                         MemoryKind::Scene, Texel::Rgba32ui);
     info_ = Buffer(device, "scene info", sizeof(gpu::SceneInfo), MemoryKind::Scene);
     uploadMaterials(false);
-    if (hasFrozen_)
+    if (hasSecond_)
         uploadMaterials(true);
     uploadLights();
 }
@@ -152,11 +152,11 @@ void SceneBuffers::layOutValues(Device& device) {
         }
     }
     if (valueTexels_ > 0)
-        values_ = Buffer(device, "parameter values", std::uint64_t(valueTexels_) * 16 * (hasFrozen_ ? 2 : 1), MemoryKind::Parameters, Texel::Rgba32f);
+        values_ = Buffer(device, "parameter values", std::uint64_t(valueTexels_) * 16 * (hasSecond_ ? 2 : 1), MemoryKind::Parameters, Texel::Rgba32f);
     for (std::uint32_t i = 0; i < scene_.parameters.size(); ++i)
         if (places_[i] != gpu::kNone && !scene_.parameters[i].values.empty()) {
             writeValues(i, scene_.parameters[i].values, 0);
-            if (hasFrozen_)
+            if (hasSecond_)
                 writeValues(i, scene_.parameters[i].values, valueTexels_);
         }
     alphaPlace_ = std::uint32_t(packed.size());
@@ -223,7 +223,7 @@ void SceneBuffers::uploadSlots(Device& device) {
     slots_.uploadAll(slots);
 }
 
-void SceneBuffers::uploadMaterials(bool frozen) {
+void SceneBuffers::uploadMaterials(bool second) {
     std::vector<gpu::GpuMaterial> materials(materialsUp_.size());
     for (std::size_t i = 0; i < materials.size(); ++i) {
         const Material& m = scene_.materials[materialsUp_[i]];
@@ -231,8 +231,8 @@ void SceneBuffers::uploadMaterials(bool frozen) {
         const auto values = [&](SlotKind kind) -> glm::vec3 {
             const std::uint32_t index = m.parameters[std::size_t(kind)];
             const Parameter& p = scene_.parameters[index];
-            const auto other = frozen_.find(index);
-            const std::vector<float>& v = frozen && other != frozen_.end() ? other->second : p.values;
+            const auto other = second_.find(index);
+            const std::vector<float>& v = second && other != second_.end() ? other->second : p.values;
             if (v.empty() || p.entries() > p.channels)
                 return glm::vec3(0);
             return p.channels == 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0]);
@@ -254,7 +254,7 @@ void SceneBuffers::uploadMaterials(bool frozen) {
         const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
         out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0);
     }
-    materials_.uploadAll(materials, frozen ? materials.size() * sizeof(gpu::GpuMaterial) : 0);
+    materials_.uploadAll(materials, second ? materials.size() * sizeof(gpu::GpuMaterial) : 0);
 }
 
 void SceneBuffers::uploadLights() {
@@ -278,8 +278,8 @@ void SceneBuffers::uploadLights() {
 
     gpu::SceneInfo info{};
     info.lights = std::uint32_t(d.lights.size());
-    info.frozenMaterials = hasFrozen_ ? std::uint32_t(materialsUp_.size()) : 0;
-    info.frozenTexels = hasFrozen_ ? valueTexels_ : 0;
+    info.frozenMaterials = hasSecond_ ? std::uint32_t(materialsUp_.size()) : 0;
+    info.frozenTexels = hasSecond_ ? valueTexels_ : 0;
     info.environmentDistance = 1e30f;
     info.environment.gradient = gpu::kNone;
     if (environment) {
@@ -327,25 +327,25 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
     std::copy(values.begin(), values.end(), p.values.begin());
     if (places_[parameter] != gpu::kNone) {
         writeValues(parameter, values, 0);
-        if (hasFrozen_ && !frozen_.contains(parameter))
+        if (hasSecond_ && !second_.contains(parameter))
             writeValues(parameter, values, valueTexels_);
     }
     if (p.kind != SlotKind::Radiance) {
         uploadMaterials(false);
-        if (hasFrozen_)
+        if (hasSecond_)
             uploadMaterials(true);
     }
     if (p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance)
         uploadLights();
 }
 
-void SceneBuffers::setFrozen(std::uint32_t parameter, std::span<const float> values) {
+void SceneBuffers::setSecond(std::uint32_t parameter, std::span<const float> values) {
     const std::vector<float>& base = scene_.parameters[parameter].values;
     if (values.empty())
-        frozen_.erase(parameter);
+        second_.erase(parameter);
     else {
         requireEntries(parameter, values.size());
-        frozen_[parameter].assign(values.begin(), values.end());
+        second_[parameter].assign(values.begin(), values.end());
     }
     if (places_[parameter] != gpu::kNone)
         writeValues(parameter, values.empty() ? std::span<const float>(base) : values, valueTexels_);

@@ -12,13 +12,13 @@ namespace cmpg {
 class SceneBuffers {
   public:
     // `scene` outlives this and holds the current values. `differentiable`: parameters with gradient entries, laid out one after the
-    // other in this order. `frozen`: room for a second set of values.
-    SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool frozen);
+    // other in this order. `second`: room for a second set of values.
+    SceneBuffers(Device& device, Scene& scene, const FeatureSet& features, const std::vector<std::uint32_t>& differentiable, bool second);
 
     void bind(Bindings& bindings) const;
     void setParameter(std::uint32_t parameter, std::span<const float> values);
-    // The second set of values, with which f is evaluated while sampling stays at the first. Empty: the same as the first.
-    void setFrozen(std::uint32_t parameter, std::span<const float> values);
+    // The second set of values; sampling stays at the first. Empty: the same as the first.
+    void setSecond(std::uint32_t parameter, std::span<const float> values);
 
     std::uint64_t gradientEntries() const { return gradientEntries_; }
     std::uint64_t gradientOffset(std::size_t i) const { return gradientOffsets_[i]; } // of differentiable[i]
@@ -31,7 +31,7 @@ class SceneBuffers {
     void uploadGeometry(Device& device);
     void layOutValues(Device& device);
     void writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base);
-    void uploadMaterials(bool frozen);
+    void uploadMaterials(bool second);
     void uploadSlots(Device& device);
     void uploadLights();
     void requireEntries(std::uint32_t parameter, std::size_t count) const;
@@ -40,8 +40,8 @@ class SceneBuffers {
     Scene& scene_;
     FeatureSet features_;
     std::vector<std::uint32_t> differentiable_;
-    std::map<std::uint32_t, std::vector<float>> frozen_; // values that differ in the second set
-    bool hasFrozen_ = false;
+    std::map<std::uint32_t, std::vector<float>> second_; // values that differ in the second set
+    bool hasSecond_ = false;
     Bvh bvh_;
     std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_; // what is uploaded, by index into the scene's
     std::vector<std::uint32_t> materialPlace_, alphaSlot_;     // of the scene's: index among the uploaded, number of the slot

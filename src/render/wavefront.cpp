@@ -10,7 +10,7 @@ namespace cmpg {
 
 namespace {
 
-using gpu::kModeForward, gpu::kModeReverse;
+using gpu::kModeDifference, gpu::kModeForward, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
 // Paths of a batch at most. On a CPU the pools should stay near its caches (measured: 2^16 is 10 % faster than 2^18); a GPU wants work for all
@@ -23,7 +23,7 @@ struct PathBytes { // of one path, over all pools
 
 PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     std::uint64_t words = 0;
-    for (const std::uint32_t mode : {kModeForward, kModeReverse})
+    for (const std::uint32_t mode : {kModeForward, kModeReverse, kModeDifference})
         if (needs.has(mode))
             words = std::max<std::uint64_t>(words, gpu::tapePlanes(mode, f.differentiated, f.texcoord1));
     PathBytes b{};
@@ -32,11 +32,12 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
     b.batch += shadows ? sizeof(gpu::ShadowRay) : 0;
     b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
+    b.batch += needs.has(kModeDifference) ? sizeof(gpu::FilmPixel) : 0;
     b.batch += needs.layers ? 2 * sizeof(gpu::LayerSample) : 0;
     b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
     b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
     b.batch += needs.measure ? sizeof(gpu::PathMoment) : 0;
-    b.bounce = sizeof(gpu::Vertex) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.has(kModeForward) ? sizeof(glm::vec3) : 0);
+    b.bounce = sizeof(gpu::Vertex) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.tangents() ? sizeof(glm::vec3) : 0);
     b.bounce += needs.record ? sizeof(gpu::GuideVisit) : 0;
     b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
     b.bounce += needs.measure ? sizeof(gpu::VertexMoment) : 0;
@@ -85,6 +86,8 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
         layerSamples = transient("layer samples", n * sizeof(gpu::LayerSample));
         layerFilm = transient("layer tile", n * sizeof(gpu::LayerSample));
     }
+    if (needs.has(kModeDifference))
+        differenceFilm = transient("difference tile", n * sizeof(gpu::FilmPixel));
     if (needs.has(kModeReverse)) {
         adjoint = transient("adjoint tile", n * sizeof(glm::vec3));
         gradients = Buffer(device, "gradient sums", needs.gradientEntries * 8, MemoryKind::Parameters);
@@ -98,7 +101,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
             bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
         if (b.tapeWords)
             bounce.tape = transient("tape", n * 4 * b.tapeWords);
-        if (needs.has(kModeForward))
+        if (needs.tangents())
             bounce.tangents = transient("tangents", n * sizeof(glm::vec3));
         if (needs.record)
             bounce.visits = transient("guide visits", n * sizeof(gpu::GuideVisit));
@@ -163,7 +166,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     common.set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
-    common.set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
+    common.set(gpu::kBindDifferenceFilm, pools.differenceFilm).set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
     common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction);
     common.set(gpu::kBindGradients, pools.gradients, 0, std::min(pools.gradients.size(), gradientSlice() * 8));
     common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);

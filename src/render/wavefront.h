@@ -22,6 +22,7 @@ struct PoolNeeds {
     bool roulette = false; // paths may split
 
     bool has(std::uint32_t mode) const { return (modes >> mode & 1u) != 0; }
+    bool tangents() const { return has(gpu::kModeForward) || has(gpu::kModeDifference); }
     bool prefixes() const { return has(gpu::kModeReverse) || (guide && has(gpu::kModeForward)); }
     bool derivativeRecords() const { return record && (has(gpu::kModeReverse) || has(gpu::kModeForward)); }
     auto operator<=>(const PoolNeeds&) const = default;
@@ -34,7 +35,7 @@ struct Pools {
     std::uint32_t capacity = 0; // paths, or vertices of one bounce
     PoolNeeds needs;
 
-    Buffer batch, pixelOffsets, paths, adjoint, film, layerSamples, layerFilm, gradients, direction, statistics;
+    Buffer batch, pixelOffsets, paths, adjoint, film, differenceFilm, layerSamples, layerFilm, gradients, direction, statistics;
     Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, pathMoments;
     struct Bounce {
         Buffer vertices, visibility, tape, tangents, arrivals, visits, derivatives, moments;

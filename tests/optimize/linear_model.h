@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <random>
 
 namespace cmpg::test {
@@ -42,20 +43,29 @@ class LinearModel final : public ImageModel {
 
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override {
         calls.push_back({'p', view, key, spp * std::uint64_t(width_) * height_});
-        std::mt19937_64 random = generator(key);
-        std::normal_distribution<double> normal;
-        Image image(width_, height_, 3);
-        for (std::size_t i = 0; i < values(); ++i) {
-            double sum = 0;
-            for (std::size_t k = 0; k < parameters_.size(); ++k)
-                for (const auto& [entry, factor] : terms(view, i, k))
-                    sum += factor * parameters_[k][entry];
-            image.values[i] = float(sum * (1 + noise_ / std::sqrt(double(spp)) * normal(random)));
-        }
-        if (breakImage)
-            breakImage(image);
-        return image;
+        return image(view, spp, key, parameters_);
     }
+
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
+        ImageHalves halves{{}, std::max(1u, spp / 2)};
+        calls.push_back({'p', view, key, 2 * halves.samples * std::uint64_t(width_) * height_});
+        std::vector<std::vector<float>> second = parameters_;
+        for (std::size_t k = 0; k < second.size(); ++k)
+            if (second_.contains(std::uint32_t(k)))
+                second[k] = second_.at(std::uint32_t(k));
+        for (std::uint32_t h = 0; h < 2; ++h) {
+            const PassKey own{key.seed, key.step, key.pass + 5 * h, key.firstSample};
+            ImageDifference& half = halves.half[h];
+            half.image = image(view, halves.samples, own, parameters_);
+            if (!difference)
+                continue;
+            half.difference = image(view, halves.samples, own, second);
+            for (std::size_t i = 0; i < half.image.values.size(); ++i)
+                half.difference.values[i] = half.image.values[i] - half.difference.values[i];
+        }
+        return halves;
+    }
+    void setSecondValues(std::uint32_t parameter, std::span<const float> v) override { second_[parameter].assign(v.begin(), v.end()); }
 
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
@@ -96,6 +106,22 @@ class LinearModel final : public ImageModel {
     };
     std::size_t values() const { return std::size_t(width_) * height_ * 3; }
 
+    Image image(std::size_t view, std::uint32_t spp, const PassKey& key, const std::vector<std::vector<float>>& parameters) const {
+        std::mt19937_64 random = generator(key);
+        std::normal_distribution<double> normal;
+        Image image(width_, height_, 3);
+        for (std::size_t i = 0; i < values(); ++i) {
+            double sum = 0;
+            for (std::size_t k = 0; k < parameters.size(); ++k)
+                for (const auto& [entry, factor] : terms(view, i, k))
+                    sum += factor * parameters[k][entry];
+            image.values[i] = float(sum * (1 + noise_ / std::sqrt(double(spp)) * normal(random)));
+        }
+        if (breakImage)
+            breakImage(image);
+        return image;
+    }
+
     // Entries of a parameter a pixel value depends on, with their factors.
     std::array<std::pair<std::size_t, double>, 2> terms(std::size_t view, std::size_t i, std::size_t parameter) const {
         const Row& row = rows_[view * values() + i];
@@ -105,7 +131,7 @@ class LinearModel final : public ImageModel {
     }
 
     static std::mt19937_64 generator(const PassKey& key) {
-        std::seed_seq seed{std::uint32_t(key.seed), std::uint32_t(key.seed >> 32), key.step, key.pass};
+        std::seed_seq seed{std::uint32_t(key.seed), std::uint32_t(key.seed >> 32), key.step, key.pass, key.firstSample};
         return std::mt19937_64(seed);
     }
 
@@ -113,6 +139,7 @@ class LinearModel final : public ImageModel {
     int width_, height_;
     double noise_;
     std::vector<std::vector<float>> parameters_;
+    std::map<std::uint32_t, std::vector<float>> second_;
     std::vector<Row> rows_;
 };
 

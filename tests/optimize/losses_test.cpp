@@ -126,6 +126,37 @@ TEST(Losses, RefusesWhatCannotBeCompared) {
     EXPECT_THROW(evaluateLoss(Loss::Mse, image, image, std::vector<float>(16, 0.f)), Error);
 }
 
+// Of images with noise: squared losses of two halves are those of the image without it. 400 draws; six standard errors are more than any
+// chance. The error told is the spread found, within its own tenth.
+TEST(Loss, OfTwoHalvesHasNoBiasByNoise) {
+    std::mt19937 random(11);
+    std::normal_distribution<float> normal;
+    std::uniform_real_distribution<float> uniform(0.1f, 1);
+    Image clean(16, 16, 3), target(16, 16, 3);
+    for (std::size_t i = 0; i < clean.values.size(); ++i) {
+        clean.values[i] = uniform(random);
+        target.values[i] = clean.values[i] + 0.05f * normal(random);
+    }
+    for (const Loss loss : {Loss::Mse, Loss::RelativeMse}) {
+        const double truth = evaluateLoss(loss, clean, target).value;
+        constexpr int kDraws = 400;
+        double sum = 0, squares = 0, told = 0;
+        for (int draw = 0; draw < kDraws; ++draw) {
+            std::array<Image, 2> halves{clean, clean};
+            for (Image& half : halves)
+                for (float& v : half.values)
+                    v += 0.2f * normal(random);
+            const LossResult result = evaluateLoss(loss, halves, target);
+            sum += result.value;
+            squares += result.value * result.value;
+            told += result.error / kDraws;
+        }
+        const double mean = sum / kDraws, spread = std::sqrt(squares / kDraws - mean * mean);
+        EXPECT_LT(std::abs(mean - truth), 6 * spread / std::sqrt(double(kDraws))) << lossName(loss);
+        EXPECT_NEAR(told, spread, 0.1 * spread) << lossName(loss);
+    }
+}
+
 TEST(OrderedSum, AddsFixedChunksInOrder) {
     // Values whose sum depends on the order in the last bits.
     std::vector<double> values(10007);

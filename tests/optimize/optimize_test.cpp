@@ -102,11 +102,11 @@ TEST(Optimize, NoTwoPassesShareTheirRandomNumbers) {
     run.run();
     run.render(0, 4);
     run.render(1, 4);
-    std::set<std::tuple<std::uint64_t, std::uint32_t, std::uint32_t>> keys;
+    std::set<std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, std::uint32_t>> keys; // the images of a view are one sequence of samples
     for (const LinearModel::Call& call : model.calls) {
         EXPECT_EQ(call.key.seed, config.seed);
         EXPECT_EQ(call.key.pass, call.kind == 'p' ? 0u : 1u);
-        keys.insert({call.key.seed, call.key.step, call.key.pass});
+        keys.insert({call.key.seed, call.key.step, call.key.pass, call.key.firstSample});
     }
     EXPECT_EQ(model.calls.size(), 5u * 2 * 2 + 2);
     EXPECT_EQ(keys.size(), model.calls.size());

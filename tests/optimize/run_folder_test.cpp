@@ -49,8 +49,8 @@ TEST_F(RunFolderFiles, CsvHasAHeaderAndAFlushedRowPerStep) {
         files.appendStep(report);
         EXPECT_EQ(csv().size(), report.step + 2); // read back while the file is still open
     }
-    EXPECT_EQ(csv()[0], "step,loss,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped");
-    EXPECT_EQ(csv()[3], "2,0.125,0.5,0.02,1.0000,2.0000,0.2500,5,6");
+    EXPECT_EQ(csv()[0], "step,loss,loss_error,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped");
+    EXPECT_EQ(csv()[3], "2,0.125,0,0.5,0.02,1.0000,2.0000,0.2500,5,6");
 }
 
 TEST_F(RunFolderFiles, ImagesAndGradientsAreWhatTheRunHas) {

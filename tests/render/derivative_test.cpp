@@ -74,7 +74,7 @@ TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
             std::vector<float> values = s.scene.parameters[p].values;
             for (std::size_t k = 0; k < values.size(); ++k)
                 values[k] += step * directions[i][k];
-            s.renderer->setFrozenEvaluation(p, values);
+            s.renderer->setSecondValues(p, values);
         }
         return s.renderer->render(view, 16, key);
     };

@@ -135,7 +135,7 @@ TEST(GuidedDerivative, IsThatOfTheFrozenEstimate) {
             std::vector<float> values = s.scene.parameters[s.config.differentiable[i]].values;
             for (std::size_t k = 0; k < values.size(); ++k)
                 values[k] += step * s.directions[i][k];
-            s.renderer->setFrozenEvaluation(s.config.differentiable[i], values);
+            s.renderer->setSecondValues(s.config.differentiable[i], values);
         }
         return s.renderer->render(s.view, 16, key);
     };

@@ -1,0 +1,94 @@
+// An image and how it differs from that of a second set of values, along the same paths.
+#include "support/render_fixture.h"
+
+#include <cmath>
+
+namespace cmpg::test {
+namespace {
+
+const std::vector<std::string> kSlots = {"*.baseColor", "*.roughness", "*.metallic", "*.specular", "*.emission", "*.normal", "environment.radiance"};
+
+RenderConfig withSecondValues(bool frozen) {
+    RenderConfig config;
+    config.differences = !frozen;
+    config.frozenEvaluation = frozen;
+    config.maxDepth = 4;
+    return config;
+}
+
+std::vector<float> moved(const Parameter& p, float step) {
+    std::vector<float> values = p.values;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = std::clamp(values[i] + (i % 2 == 0 ? step : -step), p.kind == SlotKind::Normal ? -1.0f : 0.0f, p.highest());
+    return values;
+}
+
+// A lobe that only another value has is given samples in passes with two sets, and not in those with one.
+Scene withBothLobes() {
+    Scene scene = bundledScene("materials");
+    for (Parameter& p : scene.parameters) {
+        p.materialise();
+        if (p.kind == SlotKind::Metallic || p.kind == SlotKind::Specular)
+            for (float& v : p.values)
+                v = std::clamp(v, 0.1f, 0.9f);
+    }
+    return scene;
+}
+
+class Difference : public testing::TestWithParam<std::string> {};
+
+// Against two images of which one is made with the second values alone. What is sampled is the same in all.
+TEST_P(Difference, IsThatOfImagesAlongTheSamePaths) {
+    Bench both(withBothLobes(), {GetParam()}, withSecondValues(false));
+    Bench second(withBothLobes(), {GetParam()}, withSecondValues(true));
+    const View view = viewOf(both.scene, 24, 24);
+    const PassKey key{7, 0, 1};
+    const ImageDifference same = both.renderer->renderDifference(view, 16, key);
+    EXPECT_EQ(same.image.values, second.renderer->render(view, 16, key).values);
+    for (const float d : same.difference.values)
+        ASSERT_EQ(d, 0.0f);
+
+    for (const std::uint32_t p : both.config.differentiable) {
+        const std::vector<float> values = moved(both.scene.parameters[p], 0.05f);
+        both.renderer->setSecondValues(p, values);
+        second.renderer->setSecondValues(p, values);
+    }
+    const ImageDifference found = both.renderer->renderDifference(view, 16, key);
+    EXPECT_EQ(found.image.values, same.image.values);
+    const Image other = second.renderer->render(view, 16, key);
+    double off = 0, size = 0;
+    for (std::size_t i = 0; i < other.values.size(); ++i) {
+        const double expected = double(same.image.values[i]) - other.values[i];
+        off += std::abs(found.difference.values[i] - expected);
+        size += std::abs(expected);
+    }
+    ASSERT_GT(size, 0);
+    EXPECT_LT(off, 1e-4 * size);
+}
+
+INSTANTIATE_TEST_SUITE_P(Slots, Difference, testing::ValuesIn(kSlots), [](const auto& slot) {
+    std::string name = slot.param;
+    std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+    return name;
+});
+
+// A few samples a batch: pixels go on from one batch to the next.
+TEST(Difference, DoesNotDependOnTheMemory) {
+    const PassKey key{3, 0, 1};
+    std::vector<std::vector<float>> images, differences;
+    for (const std::uint64_t budget : {std::uint64_t(1) << 30, std::uint64_t(16) << 20}) {
+        RenderConfig config = withSecondValues(false);
+        config.memoryBudget = budget;
+        Bench s(bundledScene("box"), {"painting.baseColor"}, config);
+        const std::uint32_t p = s.config.differentiable[0];
+        s.renderer->setSecondValues(p, moved(s.scene.parameters[p], 0.1f));
+        ImageDifference found = s.renderer->renderDifference(viewOf(s.scene, 64, 64), 16, key);
+        images.push_back(std::move(found.image.values));
+        differences.push_back(std::move(found.difference.values));
+    }
+    EXPECT_EQ(images[0], images[1]);
+    EXPECT_EQ(differences[0], differences[1]);
+}
+
+} // namespace
+} // namespace cmpg::test
