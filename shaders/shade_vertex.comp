@@ -161,7 +161,7 @@ void main() {
     const SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
     SurfaceMaterial value = sampling;
     if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
-    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & 0x2fu) != 0; // all slots but emission
+    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & kScatteringSlots) != 0;
     const vec3 wo = -ray.direction;
 
     // Emission, one-sided.
