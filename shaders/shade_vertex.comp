@@ -184,7 +184,7 @@ void main() {
     SurfaceMaterial secondValue = sampling;
     if (kDifference) secondValue = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
-    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & 0x2fu) != 0; // all slots but emission
+    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & kScatteringSlots) != 0;
     const vec3 wo = -ray.direction;
 
     // Emission, one-sided.

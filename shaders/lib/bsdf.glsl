@@ -38,6 +38,12 @@ struct BsdfDerivatives {
     vec3 normalZ;
 };
 
+// Surfaces are two-sided: 1 where wo is on the side that the normal points to, -1 where it is behind.
+float sideOf(vec3 normal, vec3 wo) { return dot(normal, wo) < 0.0 ? -1.0 : 1.0; }
+
+// The normal of the side that wo is on.
+vec3 facing(vec3 normal, vec3 wo) { return normal * sideOf(normal, wo); }
+
 vec3 dielectricF0(Surface s) {
     float r = (1.0 - s.ior) / (1.0 + s.ior);
     return min(r * r * s.specularColor, vec3(1.0));
@@ -82,7 +88,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     d.normalX = zero;
     d.normalY = zero;
     d.normalZ = zero;
-    float side = dot(normal, wo) < 0.0 ? -1.0 : 1.0;
+    float side = sideOf(normal, wo);
     vec3 n = normal * side;
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
@@ -151,7 +157,7 @@ vec3 bsdfCos(Surface s, vec3 n, vec3 wo, vec3 wi) {
 
 // Solid-angle density of sampleBsdf. Samples that end below the surface are not counted, so it integrates to at most 1.
 float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
-    vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
+    vec3 n = facing(normal, wo);
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return 0.0;
@@ -164,7 +170,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
 
 // Draws wi with density bsdfPdf; u in [0,1)^3, u.z picks the lobe. False: there is no direction (below the surface, or no lobe).
 bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi) {
-    vec3 n = dot(normal, wo) < 0.0 ? -normal : normal;
+    vec3 n = facing(normal, wo);
     float cosO = accurateDot(n, wo);
     wi = n;
     if (!(cosO > kMinCosine) || !(hasDiffuse(s) || hasSpecular(s))) return false;

@@ -4,15 +4,8 @@
 layout(binding = kBindGuideInfo, scalar) readonly buffer GuideInfoBlock { GuideInfo guide; };
 layout(binding = kBindGuideVisits, scalar) readonly buffer GuideVisits { GuideVisit visits[]; };
 
-struct LeafSums {
-    INTEGER_SUM primal, plus, minus;
-};
-struct CellSums {
-    INTEGER_SUM reflected, derivative;
-    uint count, unused;
-};
-layout(binding = kBindGuideLeafSums, scalar) buffer GuideLeaves { LeafSums leafSums[]; };
-layout(binding = kBindGuideCellSums, scalar) buffer GuideCells { CellSums cellSums[]; };
+layout(binding = kBindGuideLeafSums, scalar) buffer GuideLeaves { GuideLeafSums leafSums[]; };
+layout(binding = kBindGuideCellSums, scalar) buffer GuideCells { GuideCellSums cellSums[]; };
 
 // A record is a mean over the channels; one that does not fit, or is no number, is left out and counted.
 #define ADD_RECORD(sum, value, scale) \

@@ -41,12 +41,12 @@ float expectedLight(SceneInfo scene, vec3 position, Surface surface, vec3 normal
         if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
     }
     // Where values are offset from those that sampling goes by, another side of the surface may be lit.
-    const float white = max(dot(normal, direction), kFrozen || kDifference ? 0.02 : 0.0) * kInvPi;
+    const float white = max(dot(facing(normal, wo), direction), kFrozen || kDifference ? 0.02 : 0.0) * kInvPi;
     // The white share stays where the lobes send nothing, but a derivative may.
     return brought * (hasSpecular(surface) ? mix(white, bsdfPdf(surface, normal, wo, direction), 0.9) : white);
 }
 
-// `normal` faces where the path came from. u.w: which one is taken.
+// `normal` may point away from where the path came from, as anywhere. u.w: which one is taken.
 LightChoice chooseLightSample(SceneInfo scene, vec3 position, Surface surface, vec3 normal, vec3 wo, vec4 u) {
     // Steps of an additive sequence that fills the cube evenly: every candidate is distributed as the first one is.
     const vec3 step = vec3(0.8191725134, 0.6710436067, 0.5497004779);

@@ -26,13 +26,18 @@ CMPG_CONST kQuadFractionBits = 10;
 CMPG_CONST kQuadFractionOne = 1023;
 CMPG_CONST kQuadChildBits = 4;
 
-// Records of one quadrant, 64-bit integers as two words: sums of P, D+, D-.
+// A sum as a 64-bit integer; two words where nobody adds to it. scene/integer_sums.glsl, if included, comes first.
+#ifndef INTEGER_SUM
+#define INTEGER_SUM uvec2
+#endif
+
+// Records of one quadrant: sums of P, D+, D-.
 struct GuideLeafSums {
-    uvec2 primal, plus, minus;
+    INTEGER_SUM primal, plus, minus;
 };
 // Records of one cell.
 struct GuideCellSums {
-    uvec2 reflected, derivative;
+    INTEGER_SUM reflected, derivative;
     uint count, unused;
 };
 

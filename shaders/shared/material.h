@@ -11,6 +11,7 @@ CMPG_CONST kSlotSpecular = 3;
 CMPG_CONST kSlotEmission = 4;
 CMPG_CONST kSlotNormal = 5;
 CMPG_CONST kSlotsPerMaterial = 6;
+CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering depends on
 
 // Constant slots are read from here in two or three fetches; textured ones through their GpuSlot.
 struct GpuMaterial {

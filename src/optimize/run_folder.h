@@ -32,7 +32,6 @@ class RunFolder {
     // After a failure rows wait for writeLosses().
     void appendStep(const StepReport& report);
     void writeLosses(std::span<const StepRecord> history); // loss.csv anew
-    bool lossesLag() const { return !csv_.is_open(); }
     // The results; equally at the end and after an interruption.
     // The scene comes first: it is what must not get lost.
     void writeScene(const Optimization& run);

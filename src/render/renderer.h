@@ -67,7 +67,9 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    std::uint32_t pass = 0; // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image; + 8: the half for negative terms, + 16: repetition
+    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image, 7 pictures of a report; + 8: the half for negative terms;
+    // + 16: its repetition, where two passes are compared; + 16 n: of the n-th batch of a command that goes in batches.
+    std::uint32_t pass = 0;
     std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
 };
 

@@ -16,6 +16,12 @@ namespace {
 
 using Words = std::vector<std::uint32_t>;
 
+// Kernels and host number the slots alike.
+static_assert(std::uint32_t(SlotKind::BaseColor) == gpu::kSlotBaseColor && std::uint32_t(SlotKind::Roughness) == gpu::kSlotRoughness &&
+              std::uint32_t(SlotKind::Metallic) == gpu::kSlotMetallic && std::uint32_t(SlotKind::Specular) == gpu::kSlotSpecular &&
+              std::uint32_t(SlotKind::Emission) == gpu::kSlotEmission && std::uint32_t(SlotKind::Normal) == gpu::kSlotNormal &&
+              std::uint32_t(SlotKind::Radiance) == gpu::kSlotsPerMaterial && kMaterialSlots == gpu::kSlotsPerMaterial);
+
 std::uint32_t texelsOf(const Parameter& p) {
     const std::uint64_t n = std::uint64_t(p.width) * p.height;
     return std::uint32_t(p.channels == 1 ? (n + 3) / 4 : n);
