@@ -65,5 +65,14 @@ CMPG_CONST kBindArrivals = 49; // Arrival a ray, roulette only
 CMPG_CONST kBindNextArrivals = 50;
 CMPG_CONST kBindCopies = 51; // Copy a vertex, roulette only
 
+// The self-test of a device: texels of each format that kernels read, and what it leaves.
+CMPG_CONST kBindTestNodes = 52; // uvec4 a node: first of two children or 0 for a leaf; of a leaf: its vector, number and word
+CMPG_CONST kBindTestVectors = 53; // vec4
+CMPG_CONST kBindTestNumbers = 54; // float
+CMPG_CONST kBindTestWords = 55; // uint
+CMPG_CONST kBindTestCounts = 56; // SelfTestCounts
+CMPG_CONST kBindTestSum = 57; // one 64-bit integer
+CMPG_CONST kBindTestResults = 58; // SelfTestResult
+
 CMPG_SHARED_END
 #endif

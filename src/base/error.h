@@ -12,7 +12,7 @@ enum class ExitCode : int {
     CheckFailed = 1, // a check failed or a target was not reached
     Usage = 2,
     Input = 3,  // scene, image or other input file
-    Device = 4, // no Vulkan device, or one that lacks a required feature
+    Device = 4, // no Vulkan device, or one that lacks a required feature or computes wrong results
     Numerical = 5,
     Output = 6, // a result could not be written
     Interrupted = 130,

@@ -2,6 +2,7 @@
 #include "vk/device.h"
 
 #include "vk/impl.h"
+#include "vk/self_test.h"
 
 #include <algorithm>
 #include <bit>
@@ -213,7 +214,7 @@ std::vector<DeviceInfo> Device::list() {
     return infos;
 }
 
-Device::Device(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
+Device::Device(const Options& options) : impl_(std::make_unique<Impl>(options)) { selfTest(*this); }
 Device::~Device() = default;
 Device::Device(Device&&) noexcept = default;
 

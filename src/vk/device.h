@@ -59,7 +59,7 @@ class Device {
     // Every Vulkan device seen, usable or not. Throws Error(Device) naming the remedy when there is no Vulkan at all.
     static std::vector<DeviceInfo> list();
 
-    explicit Device(const Options& options);
+    explicit Device(const Options& options); // Error(Device): none is usable or meant, or it computes wrong results (vk/self_test.h)
     ~Device();
     Device(Device&&) noexcept;
 

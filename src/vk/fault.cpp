@@ -15,13 +15,17 @@ Fault faultFromEnvironment() {
     if (!value || !*value)
         return fault;
     const std::string text = value;
+    if (text == "wrong") {
+        fault.wrongResults = true;
+        return fault;
+    }
     const std::size_t colon = text.find(':');
     std::uint64_t number = 0;
     const char* const end = text.data() + text.size();
     const auto [rest, error] = std::from_chars(colon == std::string::npos ? end : text.data() + colon + 1, end, number);
     const std::string kind = text.substr(0, colon);
     if (error != std::errc() || rest != end || (kind != "lost" && kind != "memory"))
-        throw Error(ExitCode::Usage, "CMPG_FAULT is lost:N or memory:N, not '" + text + "'");
+        throw Error(ExitCode::Usage, "CMPG_FAULT is lost:N, memory:N or wrong, not '" + text + "'");
     (kind == "lost" ? fault.submissions : fault.bytes) = number;
     return fault;
 }

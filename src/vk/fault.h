@@ -1,4 +1,4 @@
-// Faults that tests ask for: a device that is lost, memory that runs out.
+// Faults that tests ask for: a device that is lost, memory that runs out, wrong results.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@ namespace cmpg {
 struct Fault {
     std::uint64_t submissions = ~std::uint64_t(0); // "lost:N": so many succeed, then the device is lost for good
     std::uint64_t bytes = ~std::uint64_t(0);       // "memory:N": of device memory there is no more
+    bool wrongResults = false;                     // "wrong": the self-test of a device finds one
 };
 Fault faultFromEnvironment(); // Error(Usage) on another value
 

@@ -56,6 +56,13 @@ template <class Properties, class Name> bool contains(const Properties& all, Nam
     return std::any_of(all.begin(), all.end(), [&](const auto& p) { return std::strcmp((p.*name).data(), wanted) == 0; });
 }
 
+// Mesa 25 takes compiled code from its cache on disk without asking for which LP_NATIVE_VECTOR_WIDTH it was compiled: results are wrong, or the
+// process crashes, now or in a later run without the variable. So code for a width of the user's choice stays out of the cache.
+void keepOddWidthsOutOfTheCache() {
+    if (std::getenv("LP_NATIVE_VECTOR_WIDTH"))
+        setenv("MESA_SHADER_CACHE_DISABLE", "true", 0); // whoever has set it knows better
+}
+
 std::string versionText(std::uint32_t version) {
     return std::to_string(VK_API_VERSION_MAJOR(version)) + "." + std::to_string(VK_API_VERSION_MINOR(version));
 }
@@ -103,6 +110,7 @@ Validation validationAsked() {
 }
 
 std::unique_ptr<Instance> createInstance(Validation validation, std::span<const char* const> required) try {
+    keepOddWidthsOutOfTheCache(); // before a driver is loaded
     auto instance = std::make_unique<Instance>();
     const auto extensions = instance->context.enumerateInstanceExtensionProperties();
     std::vector<const char*> layers, enabled(required.begin(), required.end());

@@ -151,9 +151,9 @@ TEST(Device, ValidationFindsAnAccessOutOfRange) {
     }
 }
 
-// lavapipe ends all loops of an invocation after 65 535 iterations in sum and says nothing. Kernels are written with bounds far
-// below that; if this test fails, the driver has changed and the bounds may go.
-TEST(Device, LavapipeEndsLongLoops) {
+// lavapipe of Mesa 22 ends all loops of an invocation after 65 535 iterations in sum and says nothing; that of Mesa 25 does not. Kernels are
+// written with bounds far below that, as long as Debian 12 has Mesa 22.
+TEST(Device, OldLavapipeEndsLongLoops) {
     struct Push {
         std::uint32_t count;
     };
@@ -167,7 +167,7 @@ TEST(Device, LavapipeEndsLongLoops) {
         return result.downloadAll<std::uint32_t>(1).front();
     };
     EXPECT_EQ(iterations(60000), 60000u);
-    if (device.info().name.find("llvmpipe") == std::string::npos)
+    if (device.info().driver.find("Mesa 22.") == std::string::npos || device.info().name.find("llvmpipe") == std::string::npos)
         EXPECT_EQ(iterations(200000), 200000u);
     else
         EXPECT_LT(iterations(200000), 65600u);

@@ -1,0 +1,43 @@
+// The self-test of a device that is opened.
+#include "base/error.h"
+#include "devices.h"
+#include "vk/self_test.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace cmpg {
+namespace {
+
+// Opening the device has run it; it leaves nothing behind, whether it runs again or not.
+TEST(SelfTest, PassesAndLeavesNoTrace) {
+    for (Device* device : {&test::device(), &test::portableDevice()}) {
+        Device own({.select = {}, .validation = false, .portable = device->portable()});
+        EXPECT_NO_THROW(selfTest(own));
+        EXPECT_EQ(own.memory().peak, 0u);
+        EXPECT_TRUE(own.memory().buffers.empty());
+        EXPECT_TRUE(own.kernelTimes().empty());
+    }
+}
+
+TEST(SelfTest, AWrongResultIsRefused) {
+    for (const bool portable : {false, true}) {
+        setenv("CMPG_FAULT", "wrong", 1);
+        try {
+            Device({.select = {}, .validation = false, .portable = portable});
+            FAIL() << "a device with a wrong result was opened";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code, ExitCode::Device);
+            EXPECT_NE(std::string(error.what()).find(test::device().info().name), std::string::npos) << error.what();
+            EXPECT_NE(error.cause.find(test::device().info().driver), std::string::npos) << error.cause;
+            EXPECT_NE(error.cause.find("reads in a loop (292, not 293)"), std::string::npos) << error.cause; // and nothing else
+            EXPECT_EQ(error.cause.find("sums"), std::string::npos) << error.cause;
+        }
+        unsetenv("CMPG_FAULT");
+        EXPECT_NO_THROW(Device({.select = {}, .validation = false, .portable = portable}));
+    }
+}
+
+} // namespace
+} // namespace cmpg
