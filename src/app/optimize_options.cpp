@@ -50,6 +50,7 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.optimizer.rates = parseRates(options.rate);
     config.optimizer.schedule = options.schedule;
     config.optimizer.finalFactor = options.finalRate;
+    config.prior = double(options.prior);
     config.totalVariation = double(options.totalVariation);
     config.warmUp = options.warmUp;
     return config;

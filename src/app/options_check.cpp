@@ -90,6 +90,7 @@ void validateSteps(const Options& o) {
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.finalRate, "--final-rate", 0, 1);
     requireFinite(o.totalVariation, "--total-variation", 0, 1e6f);
+    requireFinite(o.prior, "--prior", 0, 1e6f);
     requirePositive(o.stopAfter, "--stop-after", 10'000'000);
 }
 

@@ -72,6 +72,7 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("schedule", o.schedule, kSchedules);
     v("final-rate", o.finalRate);
     v("total-variation", o.totalVariation);
+    v("prior", o.prior);
     v("spp-difference", o.sppDifference);
     v("warm-up", o.warmUp);
     v("freeze", o.freeze);

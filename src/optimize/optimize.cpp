@@ -81,6 +81,7 @@ StepReport Optimization::step() {
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
     images_.clear();
+    information_ = 0;
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
         model_.setSecondValues(parameters_[i], state_.imageValues[i]);
     for (std::size_t view = 0; view < model_.views(); ++view)
@@ -135,6 +136,8 @@ void Optimization::addView(std::size_t view, StepReport& report) {
     report.loss += loss.value / views;
     report.lossError = std::hypot(report.lossError, loss.error / views);
     report.dropped += loss.nonFinite;
+    if (loss.noise > 0)
+        information_ += loss.values / (2 * loss.noise);
     const std::uint32_t earlier = carriesImages() && view < state_.images.size() ? state_.images[view].samples : 0;
     report.samples += 2 * std::uint64_t(image.samples - earlier) * image.half[0].pixels();
 
@@ -158,6 +161,11 @@ void Optimization::sumUp(StepReport& report) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         if (config_.totalVariation != 0)
             report.regularizer += addTotalVariation(scene_.parameters[parameters_[i]], config_.totalVariation, gradients_[i]);
+        if (config_.prior > 0 && information_ > 0) {
+            const Parameter& parameter = scene_.parameters[parameters_[i]];
+            const double weight = config_.prior / state_.moments[i].unit / information_ * double(parameter.entries());
+            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], kPriorEpsilon * state_.moments[i].unit);
+        }
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;

@@ -22,6 +22,9 @@ struct OptimizeConfig {
     Loss loss = Loss::Mse;
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
+    // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior |d|), in units of the
+    // parameter's range. Its weight beside the images is that of their noise (maximum a posteriori), and falls with it. 0: nothing.
+    double prior = 0;
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
@@ -110,6 +113,7 @@ class Optimization {
     std::vector<std::uint32_t> parameters_;
     OptimizeState state_;
     double rateFactor_ = 1;
+    double information_ = 0; // of the step's images: the sum over the views of values / (2 noise)
     std::vector<std::vector<double>> gradients_;
     std::vector<RunningImage> images_; // of the step in flight
 };
