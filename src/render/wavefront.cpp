@@ -144,8 +144,13 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
 }
 
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
-    for (const KernelChoice& choice : chooseKernels(features, pass))
-        kernels_.emplace(choice.step, Kernel(device, choice.name, choice.constants));
+    const std::vector<KernelChoice> choices = chooseKernels(features, pass);
+    std::vector<KernelRequest> requests;
+    for (const KernelChoice& choice : choices)
+        requests.push_back({choice.name, choice.constants});
+    std::vector<Kernel> made = makeKernels(device, requests);
+    for (std::size_t i = 0; i < choices.size(); ++i)
+        kernels_.emplace(choices[i].step, std::move(made[i]));
 }
 
 std::vector<const Kernel*> Wavefront::kernels() const {
