@@ -165,6 +165,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
+    std::function<void()> passesDone;
+    config.passesDone = [&] { passesDone(); };
     config.onImage = [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     };
@@ -173,16 +175,23 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();
     RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
-    folder.writeTargets(run);
     constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
     const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
-    folder.writeInitial(run, pictureSpp);
+    // The parameters are as they were until the first update. Until then there are more urgent passes to draw than a picture.
+    passesDone = [&] {
+        if (folder.initialImages().empty())
+            folder.writeInitial(run, pictureSpp);
+    };
     if (start) {
+        passesDone();
         resume(*start, run, shown);
         for (const StepRecord& step : start->state.history)
             addStep(report, step);
     }
-    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}});
+    guided.passes().prepareAhead({Renderer::Mode::Render, Renderer::Mode::Reverse});
+    folder.writeTargets(run);
+    guided.passes().prepareNext(Renderer::Mode::Render);
+    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {
         failures.push_back(error.what());
@@ -233,6 +242,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
+    if (run.state().step == 0)
+        passesDone();
     folder.writeImages(run, pictureSpp);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());

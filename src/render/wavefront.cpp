@@ -192,7 +192,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     return atBounce;
 }
 
-void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film) const {
+void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const {
     const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
     const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
     const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };
@@ -235,7 +235,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
             if (pass_.mode == kModeReverse)
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
             commands.dispatchIndirect(kernel(Step::Scan), sliced, pools.counts, vertexGroups(b),
-                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
+                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords});
         }
         commands.barrier();
     }
