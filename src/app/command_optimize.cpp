@@ -146,6 +146,28 @@ ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& 
     return ExitCode::CheckFailed;
 }
 
+using Values = std::vector<std::vector<float>>; // of the optimised parameters
+
+Values valuesOf(const Optimization& run) {
+    Values values;
+    for (const std::uint32_t p : run.parameters())
+        values.push_back(run.scene().parameters[p].values);
+    return values;
+}
+
+// The first image once steps were made: with `first` in place of the parameters for as long as it takes.
+void writeInitialLate(RunFolder& folder, Optimization& run, ImageModel& model, Scene& scene, Values first, std::uint32_t spp) {
+    const auto exchange = [&] {
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            std::swap(scene.parameters[run.parameters()[i]].values, first[i]);
+            model.setParameter(run.parameters()[i], scene.parameters[run.parameters()[i]].values);
+        }
+    };
+    exchange();
+    folder.writeInitial(run, spp);
+    exchange();
+}
+
 } // namespace
 
 ExitCode runOptimize(const Options& options, Report& report) {
@@ -177,11 +199,13 @@ ExitCode runOptimize(const Options& options, Report& report) {
     RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
     constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
     const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
-    // The parameters are as they were until the first update. Until then there are more urgent passes to draw than a picture.
+    // The parameters are as they were until the first update, and until then there are more urgent passes to draw than a picture. Where time
+    // is short, it is left for the steps.
     passesDone = [&] {
-        if (folder.initialImages().empty())
+        if (folder.initialImages().empty() && !options.timeBudget)
             folder.writeInitial(run, pictureSpp);
     };
+    const Values first = options.timeBudget ? valuesOf(run) : Values();
     if (start) {
         passesDone();
         resume(*start, run, shown);
@@ -242,8 +266,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
-    if (run.state().step == 0)
-        passesDone();
+    if (folder.initialImages().empty())
+        writeInitialLate(folder, run, shown, session.scene, options.timeBudget ? first : valuesOf(run), pictureSpp);
     folder.writeImages(run, pictureSpp);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
