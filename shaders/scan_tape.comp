@@ -82,7 +82,7 @@ Found gatherFound(uint child) {
 
 // The record of a drawn direction; vertices at the depth limit drew none.
 void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
-    if (push.firstEntry != 0) return;
+    if (push.firstEntry != 0 || push.keepRecords == 0) return;
     const GuideVisit visit = visits[slot];
     if (visit.cell == kNone) return;
     const bool directed = visit.leaf != kNone;

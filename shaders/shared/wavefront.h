@@ -116,6 +116,7 @@ struct ScanPush {
     uint count;
     uint firstEntry;
     uint entries;
+    uint keepRecords; // 0: a recording pass leaves none
 };
 
 CMPG_SHARED_END

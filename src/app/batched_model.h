@@ -21,6 +21,7 @@ class BatchedModel final : public ImageModel {
         return inner_.renderHalves(view, spp, key, difference);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.picture(view, spp, key); }
     std::uint64_t reverse(std::size_t view, std::uint32_t, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         std::uint64_t paths = 0;

@@ -146,6 +146,28 @@ ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& 
     return ExitCode::CheckFailed;
 }
 
+using Values = std::vector<std::vector<float>>; // of the optimised parameters
+
+Values valuesOf(const Optimization& run) {
+    Values values;
+    for (const std::uint32_t p : run.parameters())
+        values.push_back(run.scene().parameters[p].values);
+    return values;
+}
+
+// The first image once steps were made: with `first` in place of the parameters for as long as it takes.
+void writeInitialLate(RunFolder& folder, Optimization& run, ImageModel& model, Scene& scene, Values first, std::uint32_t spp) {
+    const auto exchange = [&] {
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            std::swap(scene.parameters[run.parameters()[i]].values, first[i]);
+            model.setParameter(run.parameters()[i], scene.parameters[run.parameters()[i]].values);
+        }
+    };
+    exchange();
+    folder.writeInitial(run, spp);
+    exchange();
+}
+
 } // namespace
 
 ExitCode runOptimize(const Options& options, Report& report) {
@@ -165,6 +187,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
+    std::function<void()> passesDone;
+    config.passesDone = [&] { passesDone(); };
     config.onImage = [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     };
@@ -173,16 +197,25 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();
     RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
-    folder.writeTargets(run);
     constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
     const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
-    folder.writeInitial(run, pictureSpp);
+    // The parameters are as they were until the first update, and until then there are more urgent passes to draw than a picture. Where time
+    // is short, it is left for the steps.
+    passesDone = [&] {
+        if (folder.initialImages().empty() && !options.timeBudget)
+            folder.writeInitial(run, pictureSpp);
+    };
+    const Values first = options.timeBudget ? valuesOf(run) : Values();
     if (start) {
+        passesDone();
         resume(*start, run, shown);
         for (const StepRecord& step : start->state.history)
             addStep(report, step);
     }
-    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}});
+    guided.passes().prepareAhead({Renderer::Mode::Render, Renderer::Mode::Reverse});
+    folder.writeTargets(run);
+    guided.passes().prepareNext(Renderer::Mode::Render);
+    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {
         failures.push_back(error.what());
@@ -233,6 +266,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
+    if (folder.initialImages().empty())
+        writeInitialLate(folder, run, shown, session.scene, options.timeBudget ? first : valuesOf(run), pictureSpp);
     folder.writeImages(run, pictureSpp);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());

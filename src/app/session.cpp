@@ -94,7 +94,10 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, std
     openDevice();
     const RenderConfig config = renderConfig(options_, scene, parameters);
     renderer_ = std::make_unique<Renderer>(*device_, scene, config);
-    renderer_->prepare(modes, layers);
+    if (options_.command == Command::Optimize) // whose passes have kernels made as they come
+        renderer_->expect(modes);
+    else
+        renderer_->prepare(modes, layers);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
 

@@ -23,8 +23,8 @@ class Session {
 
     Scene scene;
     std::vector<std::uint32_t> parameters; // selected by --param
-    // Opens the device and builds the renderer and its kernels for the passes in `modes`, for the scene as it is now: after all other
-    // input was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed,
+    // Opens the device and builds the renderer, and its kernels for the passes in `modes` unless many kinds of pass will come, as in an
+    // optimisation, for the scene as it is now: after all other input was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed,
     // and written to run.json in `folder` unless that is empty.
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
     void openDevice(); // that prepare() opens if nobody has

@@ -17,6 +17,8 @@ class ImageModel {
     // setSecondValues().
     virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) = 0;
     virtual void setSecondValues(std::uint32_t parameter, std::span<const float> values) = 0;
+    // An image to keep, which no later pass depends on.
+    virtual Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) { return render(view, spp, key); }
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order, from `spp` samples
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,

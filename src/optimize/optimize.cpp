@@ -87,6 +87,8 @@ StepReport Optimization::step() {
     for (std::size_t view = 0; view < model_.views(); ++view)
         addView(view, report);
     sumUp(report);
+    if (config_.passesDone)
+        config_.passesDone();
     model_.endStep();
     applyUpdate(report);
     publish(report);
@@ -241,7 +243,7 @@ bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) 
 }
 
 Image Optimization::render(std::size_t view, std::uint32_t spp) {
-    return model_.render(view, spp, pictureKey(config_.seed, view));
+    return model_.picture(view, spp, pictureKey(config_.seed, view));
 }
 
 } // namespace cmpg

@@ -29,6 +29,7 @@ struct OptimizeConfig {
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
     std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
+    std::function<void()> passesDone{}; // of a step, before its update: the parameters are still those it began with
 };
 
 struct StepReport {

@@ -20,6 +20,7 @@ class RendererModel final : public ImageModel {
         return passes_.renderHalves(views_.at(view), spp, key, difference);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { renderer_.setSecondValues(parameter, values); }
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.picture(views_.at(view), spp, key); }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);

@@ -90,6 +90,13 @@ struct GuidedPasses::Impl {
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
 
+    // How the next pass of a mode is drawn.
+    PassSampling nextPass(Renderer::Mode mode) const {
+        const bool image = mode == Renderer::Mode::Render;
+        const SamplingWay way = image ? imageWay() : derivativeWay();
+        return {.kind = way.kind, .record = recording(), .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = options.positivize && !image};
+    }
+
     // What is drawn by when nothing is learned.
     SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
 
@@ -196,9 +203,14 @@ void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool lea
 }
 
 void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
-    const bool image = mode == Renderer::Mode::Render;
-    const SamplingWay way = image ? impl_->imageWay() : impl_->derivativeWay();
-    impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = impl_->options.positivize && !image}, layers);
+    impl_->renderer.prepare(mode, impl_->nextPass(mode), layers);
+}
+
+void GuidedPasses::prepareAhead(std::initializer_list<Renderer::Mode> modes) {
+    std::vector<std::pair<Renderer::Mode, PassSampling>> passes;
+    for (const Renderer::Mode mode : modes)
+        passes.emplace_back(mode, impl_->nextPass(mode));
+    impl_->renderer.prepareAhead(passes);
 }
 
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
@@ -284,6 +296,14 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
     for (std::size_t i = 0; i < gradient.values.size(); ++i)
         gradient.values[i] += negative.values[i];
     return gradient;
+}
+
+Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key) {
+    PassSampling sampling{.kind = impl_->settledWay(impl_->images).kind, .keepRecords = false};
+    // With the kernels of a step, if others would have to be compiled.
+    sampling.record = impl_->recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, sampling);
+    impl_->renderer.setSampling(sampling);
+    return impl_->renderer.render(view, spp, key);
 }
 
 void GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) {

@@ -42,6 +42,8 @@ class GuidedPasses {
     void prepare(std::initializer_list<Renderer::Mode> modes, bool learning);
     // The same for the next pass of a mode alone, as it is decided now.
     void prepareNext(Renderer::Mode mode, bool layers = false);
+    // Begins to make the kernels of the next pass of each of these modes, and returns.
+    void prepareAhead(std::initializer_list<Renderer::Mode> modes);
 
     // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
     // any result. For auto and the roulette gate they measure variance and rays of each kind. `first`: how many there were already.
@@ -56,6 +58,8 @@ class GuidedPasses {
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
     // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values.
     ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference);
+    // An image to keep, drawn in the way found best so far: nothing is learned from it, so no later pass depends on it.
+    Image picture(const View& view, std::uint32_t spp, const PassKey& key);
     // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

@@ -18,6 +18,7 @@ struct PassInput {
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
     PassSampling sampling;
     const Film* film = nullptr; // whose sums the pass continues
+    bool pilot = false;         // nothing but the image is of use: no records, no figures
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
 };

@@ -51,6 +51,19 @@ void PassKernels::allocate(const FeatureSet::Pass& pass) {
     pools_ = std::make_unique<Pools>(device_, features_, needs_, config_.memoryBudget);
 }
 
+void PassKernels::prepareAhead(const std::vector<FeatureSet::Pass>& passes) {
+    std::vector<std::packaged_task<Wavefront()>> tasks;
+    for (const FeatureSet::Pass& pass : passes)
+        if (!kernels_.contains(pass) && !ahead_.contains(pass)) {
+            tasks.emplace_back([this, pass] { return Wavefront(device_, features_, pass); });
+            ahead_.emplace(pass, tasks.back().get_future());
+        }
+    makers_.emplace_back([all = std::move(tasks)]() mutable {
+        for (auto& task : all)
+            task();
+    });
+}
+
 PassKernels::Kernels& PassKernels::prepare(const FeatureSet::Pass& pass, const std::function<void(bool begins)>& compiling) {
     allocate(pass);
     const auto found = kernels_.find(pass);
@@ -58,7 +71,8 @@ PassKernels::Kernels& PassKernels::prepare(const FeatureSet::Pass& pass, const s
         return found->second;
     if (compiling)
         compiling(true);
-    Kernels made{Wavefront(device_, features_, pass), {}};
+    auto begun = ahead_.extract(pass);
+    Kernels made{begun ? begun.mapped().get() : Wavefront(device_, features_, pass), {}};
     warmUp(device_, made.wavefront.kernels(), made.wavefront.bindings(scene_, *pools_, guide_).front());
     if (compiling)
         compiling(false);

@@ -5,8 +5,10 @@
 #include "render/renderer.h"
 #include "render/wavefront.h"
 
+#include <future>
 #include <map>
 #include <memory>
+#include <thread>
 
 namespace cmpg {
 
@@ -27,6 +29,9 @@ class PassKernels {
     void allocate(const FeatureSet::Pass& pass);
     // With pools that suffice, and compiled. `compiling`, if any, is told when that begins and ends.
     Kernels& prepare(const FeatureSet::Pass& pass, const std::function<void(bool begins)>& compiling);
+    // Begins to make the kernels of these passes in this order, on a thread of its own, and returns; prepare() takes them up.
+    void prepareAhead(const std::vector<FeatureSet::Pass>& passes);
+    bool isPrepared(const FeatureSet::Pass& pass) const { return kernels_.contains(pass); }
     Pools& pools() { return *pools_; }
     const Pools& pools() const { return *pools_; }
 
@@ -39,6 +44,8 @@ class PassKernels {
     PoolNeeds needs_;
     std::unique_ptr<Pools> pools_; // made for needs_
     std::map<FeatureSet::Pass, Kernels> kernels_;
+    std::map<FeatureSet::Pass, std::future<Wavefront>> ahead_; // being made, or made and not asked for yet
+    std::vector<std::jthread> makers_;
 };
 
 } // namespace cmpg

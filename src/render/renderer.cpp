@@ -78,8 +78,8 @@ struct Renderer::Impl {
 
     // Calls receive(pixel, gathered) for every pixel, in order, when `film`. Returns how many contributions were too large for the
     // gradient sums.
-    template <class Receive> std::uint32_t run(std::uint32_t mode, bool layers, bool film, const PassInput& in, Receive&& receive) {
-        const FeatureSet::Pass pass = kernels.passOf(mode, layers, in.sampling, learned());
+    template <class Receive> std::uint32_t run(const FeatureSet::Pass& pass, bool film, const PassInput& in, Receive&& receive) {
+        const bool layers = pass.layers;
         if (guide)
             guide->publish();
         PassKernels::Kernels& k = prepare(pass);
@@ -89,9 +89,9 @@ struct Renderer::Impl {
         if (guide)
             guide->beginPass(pass, in.sampling, in.spp);
         Commands commands(device);
-        k.wavefront.record(commands, buffers, pools(), guideBuffers(), film);
+        k.wavefront.record(commands, buffers, pools(), guideBuffers(), film, in.sampling.keepRecords && !in.pilot);
 
-        const bool differences = mode == kModeDifference;
+        const bool differences = pass.mode == kModeDifference;
         const std::size_t pixels = std::size_t(in.width) * in.height;
         // Copies of split paths need room; how much shows as the pass goes on. Results do not depend on it.
         std::uint32_t most = pass.roulette ? std::min(rouletteRoom, pools().capacity) : pools().capacity;
@@ -127,7 +127,7 @@ struct Renderer::Impl {
                     pools().differenceFilm.uploadAll(differenceTile);
                 }
             }
-            if (mode == kModeReverse)
+            if (pass.mode == kModeReverse)
                 pools().adjoint.uploadAll(adjointTile(in, batch));
             submit(commands, batch.paths, k.batchSize);
             counts = pools().counts.downloadAll<gpu::QueueCounts>(config.maxDepth);
@@ -136,10 +136,10 @@ struct Renderer::Impl {
                 most = std::max(1u, batch.paths / 2);
                 continue;
             }
-            if (pass.roulette)
+            if (pass.roulette && !in.pilot)
                 most = rouletteRoom = roomFor(batch, counts);
             countRays(counts);
-            if (pass.measure) {
+            if (pass.measure && !in.pilot) {
                 const auto found = pools().pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
                 for (std::uint32_t p = 0; p < batch.pixels; ++p)
                     for (std::uint32_t i = offsets[p]; i < offsets[p + 1]; ++i)
@@ -160,7 +160,7 @@ struct Renderer::Impl {
                 receive(batch.firstPixel + i, gathered(i));
             carry = split ? gathered(complete) : Gathered{};
         }
-        if (pass.measure) {
+        if (pass.measure && !in.pilot) {
             measure.variance = moments.variance();
             measure.reference = moments.reference() / double(pixels);
             measure.concentration = moments.concentration();
@@ -227,7 +227,7 @@ struct Renderer::Impl {
         double variance = 0; // of the pixels' means, summed
         if (layers)
             *layers = Layers(view.width, view.height, spp, layerDepths());
-        run(mode, layers != nullptr, true, in, [&](std::size_t pixel, const Gathered& g) {
+        run(passOf(mode, layers != nullptr), true, in, [&](std::size_t pixel, const Gathered& g) {
             const glm::dvec4 means = filmSums(g.film) / double(spp);
             for (int c = 0; c < 3; ++c)
                 result.values[3 * pixel + c] = float(means[c]);
@@ -254,7 +254,7 @@ struct Renderer::Impl {
         in.sampling.record = false;
         in.film = &film;
         Film sum(film.width, film.height, film.hasLayers());
-        run(mode, film.hasLayers(), true, in, [&](std::size_t pixel, const Gathered& g) {
+        run(kernels.passOf(mode, film.hasLayers(), in.sampling, learned()), true, in, [&](std::size_t pixel, const Gathered& g) {
             sum.pixels[pixel] = g.film;
             if (sum.hasLayers())
                 sum.layerSums[pixel] = g.layers;
@@ -265,9 +265,9 @@ struct Renderer::Impl {
     }
 
     // Before the pools are filled for the pass: the pilot image may need other ones.
-    void openRecords(const View& view, const PassKey& key, std::uint32_t mode = kModeRender) {
-        if (guide && sampling.record)
-            guide->openRecords([&] { return pilotRadiance(view, key, mode); }, shortestNormal());
+    void openRecords(const View& view, const PassKey& key, const FeatureSet::Pass& pilot) {
+        if (guide && sampling.record && sampling.keepRecords)
+            guide->openRecords([&] { return pilotRadiance(view, key, pilot); }, shortestNormal());
     }
 
     void uploadDirection(std::span<const std::uint32_t> parameters, std::span<const std::vector<float>> directions, bool layers) {
@@ -300,15 +300,20 @@ struct Renderer::Impl {
         return std::max(std::sqrt(shortest2), 0x1p-10);
     }
 
-    // Mean radiance of a coarse image of the view: the same whatever the batches, the budget or the driver.
-    double pilotRadiance(const View& view, const PassKey& key, std::uint32_t mode) {
+    // Of the next pass.
+    FeatureSet::Pass passOf(std::uint32_t mode, bool layers) const { return kernels.passOf(mode, layers, sampling, learned()); }
+
+    // Mean radiance of a coarse image of the view, drawn without guide: the same whatever the batches, the budget or the driver. `pass`: whose
+    // kernels run, those that are needed anyway.
+    double pilotRadiance(const View& view, const PassKey& key, const FeatureSet::Pass& pass) {
         PassInput in;
+        in.pilot = true;
         in.view = view;
         in.key = {key.seed, 0, 2};
         in.width = in.height = kPilotSize;
         in.spp = 1;
         double sum = 0;
-        run(mode, false, true, in, [&](std::size_t, const Gathered& g) {
+        run(pass, true, in, [&](std::size_t, const Gathered& g) {
             const glm::dvec3 value(filmSums(g.film));
             sum += (std::abs(value.x) + std::abs(value.y) + std::abs(value.z)) / 3;
         });
@@ -325,14 +330,29 @@ Renderer::Renderer(Device& device, Scene& scene, const RenderConfig& config) : i
 Renderer::~Renderer() = default;
 
 void Renderer::prepare(std::initializer_list<Mode> modes, bool layers) {
-    for (const Mode m : modes)
-        impl_->kernels.expect(std::uint32_t(m));
+    expect(modes);
     for (const Mode m : modes)
         impl_->prepare(impl_->kernels.passOf(std::uint32_t(m), layers && m != Mode::Reverse, {}, false));
 }
 
 void Renderer::prepare(Mode mode, const PassSampling& sampling, bool layers, bool learned) {
     impl_->prepare(impl_->kernels.passOf(std::uint32_t(mode), layers, sampling, learned || impl_->learned()));
+}
+
+void Renderer::expect(std::initializer_list<Mode> modes) {
+    for (const Mode m : modes)
+        impl_->kernels.expect(std::uint32_t(m));
+}
+
+void Renderer::prepareAhead(std::span<const std::pair<Mode, PassSampling>> passes) {
+    std::vector<FeatureSet::Pass> kinds;
+    for (const auto& [mode, sampling] : passes)
+        kinds.push_back(impl_->kernels.passOf(std::uint32_t(mode), false, sampling, impl_->learned()));
+    impl_->kernels.prepareAhead(kinds);
+}
+
+bool Renderer::isPrepared(Mode mode, const PassSampling& sampling) const {
+    return impl_->kernels.isPrepared(impl_->kernels.passOf(std::uint32_t(mode), false, sampling, impl_->learned()));
 }
 
 void Renderer::setInteraction(Interaction interaction) { impl_->interaction = std::move(interaction); }
@@ -365,12 +385,12 @@ void Renderer::setParameter(std::uint32_t parameter, std::span<const float> valu
 void Renderer::setSecondValues(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setSecond(parameter, values); }
 
 Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers) {
-    impl_->openRecords(view, key);
+    impl_->openRecords(view, key, impl_->passOf(kModeRender, layers != nullptr));
     return impl_->image(kModeRender, view, spp, key, layers);
 }
 
 ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key) {
-    impl_->openRecords(view, key, kModeDifference);
+    impl_->openRecords(view, key, impl_->passOf(kModeDifference, false));
     ImageDifference result{{}, Image(view.width, view.height, 3)};
     result.image = impl_->image(kModeDifference, view, spp, key, nullptr, &result.difference);
     return result;
@@ -378,7 +398,7 @@ ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, 
 
 Image Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                         std::span<const std::vector<float>> directions, Layers* layers) {
-    impl_->openRecords(view, key);
+    impl_->openRecords(view, key, impl_->kernels.passOf(kModeRender, false, {}, false)); // the film of forward mode is no image
     impl_->uploadDirection(parameters, directions, layers != nullptr);
     return impl_->image(kModeForward, view, spp, key, layers);
 }
@@ -401,8 +421,9 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     in.weights = weights;
     in.adjoint = &adjoint;
     in.sampling = r.sampling;
-    const double radiance = r.pilotRadiance(view, key, kModeReverse);
-    if (r.guide && r.sampling.record)
+    const FeatureSet::Pass pass = r.passOf(kModeReverse, false);
+    const double radiance = r.pilotRadiance(view, key, pass);
+    if (r.guide && r.sampling.record && r.sampling.keepRecords)
         r.guide->openRecords([&] { return radiance; }, r.shortestNormal());
     double adjointSum = 0;
     for (const float a : adjoint.values)
@@ -421,10 +442,10 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
         in.emissionScale = fixedPointScale(coarseness * adjointSum, kGradientBits, emissionUnit);
         for (std::uint64_t at = 0; at < entries; at += zeros.size())
             r.pools().gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
-        const std::uint32_t tooLarge = r.run(kModeReverse, false, false, in, [](std::size_t, const Gathered&) {});
+        const std::uint32_t tooLarge = r.run(pass, false, in, [](std::size_t, const Gathered&) {});
         if (attempt == 0)
             measure = r.measure;
-        in.sampling.record = false; // once is enough
+        in.sampling.keepRecords = false; // once is enough
         if (tooLarge == 0 || attempt == kCoarsenings) {
             r.statistics.dropped["scan_tape: saturated gradient"] += tooLarge;
             break;
@@ -450,8 +471,7 @@ const RenderStatistics& Renderer::statistics() const { return impl_->statistics;
 std::vector<std::pair<std::string, std::string>> Renderer::describeFeatures() const { return impl_->features.describe(); }
 
 std::vector<KernelSize> Renderer::allocate(std::initializer_list<Mode> modes) {
-    for (const Mode m : modes)
-        impl_->kernels.expect(std::uint32_t(m));
+    expect(modes);
     std::vector<KernelSize> sizes;
     for (const Mode m : modes) {
         const FeatureSet::Pass pass = impl_->kernels.passOf(std::uint32_t(m), false, impl_->sampling, impl_->features.guiding);

@@ -41,6 +41,7 @@ struct RenderConfig {
 struct PassSampling {
     Sampling kind = Sampling::Bsdf; // not Auto
     bool record = false;            // leave records for updateGuide(); measure too
+    bool keepRecords = true;        // false: none are left. The kernels are those of `record`, which saves compiling others
     bool measure = false;           // reverse mode: estimate PassMeasure::variance
     bool roulette = false;          // reverse mode: roulette and splitting by derivative-to-go
     int sign = 0;                   // positivization: only derivative terms of this sign
@@ -125,6 +126,11 @@ class Renderer {
 
     // The same for the kernels of passes drawn like this, with the guide as it is or, `learned`, once it knows something.
     void prepare(Mode mode, const PassSampling& sampling, bool layers = false, bool learned = false);
+    // Passes of these modes will come: the pools have room for them.
+    void expect(std::initializer_list<Mode> modes);
+    // Begins to make the kernels of such passes, one after the other, and returns.
+    void prepareAhead(std::span<const std::pair<Mode, PassSampling>> passes);
+    bool isPrepared(Mode mode, const PassSampling& sampling) const; // compiled
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);

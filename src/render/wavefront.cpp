@@ -144,8 +144,13 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
 }
 
 Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
-    for (const KernelChoice& choice : chooseKernels(features, pass))
-        kernels_.emplace(choice.step, Kernel(device, choice.name, choice.constants));
+    const std::vector<KernelChoice> choices = chooseKernels(features, pass);
+    std::vector<KernelRequest> requests;
+    for (const KernelChoice& choice : choices)
+        requests.push_back({choice.name, choice.constants});
+    std::vector<Kernel> made = makeKernels(device, requests);
+    for (std::size_t i = 0; i < choices.size(); ++i)
+        kernels_.emplace(choices[i].step, std::move(made[i]));
 }
 
 std::vector<const Kernel*> Wavefront::kernels() const {
@@ -187,7 +192,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     return atBounce;
 }
 
-void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film) const {
+void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const {
     const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
     const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
     const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };
@@ -230,7 +235,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
             if (pass_.mode == kModeReverse)
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
             commands.dispatchIndirect(kernel(Step::Scan), sliced, pools.counts, vertexGroups(b),
-                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count)});
+                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords});
         }
         commands.barrier();
     }

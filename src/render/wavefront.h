@@ -60,7 +60,7 @@ class Wavefront {
 
     // Records one batch: generate_rays -> (trace_closest -> split_paths -> shade_vertex -> trace_shadow) x depth -> scan_tape x depth, then
     // gather_film or gather_moments where they are wanted. `guide`: null where nothing is guided or recorded.
-    void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film) const;
+    void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const;
     std::vector<const Kernel*> kernels() const;
     // What the kernels are bound to at each bounce.
     std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide) const;

@@ -248,7 +248,7 @@ Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64
 const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges_.at(binding); }
 
 void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
-    const ScopedTime time(device.impl().compileSeconds);
+    const Stopwatch watch;
     const auto times = std::exchange(device.impl().kernelTimes, {});
     Commands commands(device);
     const std::vector<std::byte> zeros(128);
@@ -260,6 +260,7 @@ void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindin
     commands.submitAndWait();
     for (const auto& [name, taken] : std::exchange(device.impl().kernelTimes, times))
         device.impl().compileTimes[name] += taken.seconds;
+    device.impl().compileSeconds += watch.seconds();
 }
 
 } // namespace cmpg

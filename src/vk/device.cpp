@@ -225,7 +225,7 @@ const MemoryUse& Device::memory() const { return impl_->memory; }
 const std::map<std::string, KernelTime>& Device::kernelTimes() const { return impl_->kernelTimes; }
 double Device::compileSeconds() const { return impl_->compileSeconds; }
 const std::map<std::string, double>& Device::compileTimes() const { return impl_->compileTimes; }
-void Device::keepKernels() { impl_->keepsKernels = true; }
+void Device::keepKernels() { impl_->kernels.keep(); }
 void Device::resetKernelTimes() { impl_->kernelTimes.clear(); }
 
 } // namespace cmpg

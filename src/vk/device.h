@@ -71,7 +71,7 @@ class Device {
     double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
     const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, by kernel: there a CPU driver compiles
     void resetKernelTimes();
-    void keepKernels(); // that are made from now on, for others of the same name and constants, until the device goes
+    void keepKernels(); // that are made from now on, until the device goes, and not only as long as somebody has them
 
     struct Impl;
     Impl& impl() const { return *impl_; }
@@ -109,7 +109,8 @@ class Buffer {
     std::unique_ptr<Impl> impl_;
 };
 
-// One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice.
+// One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice. Kernels whose code is the same after
+// specialization share one.
 class Kernel {
   public:
     Kernel() noexcept;
@@ -126,8 +127,16 @@ class Kernel {
     Impl* impl() const { return impl_.get(); }
 
   private:
-    std::shared_ptr<Impl> impl_; // with others where the device keeps kernels
+    friend std::vector<Kernel> makeKernels(Device&, std::span<const struct KernelRequest>);
+    std::shared_ptr<Impl> impl_;
 };
+
+struct KernelRequest {
+    std::string_view name;
+    std::span<const std::uint32_t> constants;
+};
+// Several, side by side. From any thread, as the constructor of Kernel.
+std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests);
 
 // Which buffer stands behind each binding number (shaders/shared/bindings.h). A kernel picks those it declares.
 class Bindings {

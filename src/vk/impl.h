@@ -8,7 +8,9 @@
 #include "vk/spirv_reflection.h"
 #include "vk/vulkan.h"
 
+#include <atomic>
 #include <functional>
+#include <mutex>
 
 namespace cmpg {
 
@@ -18,6 +20,23 @@ struct RawBuffer {
     vk::raii::Buffer buffer{nullptr};
     std::uint64_t allocated = 0;  // bytes of memory
     std::byte* mapped = nullptr;  // null: the host cannot reach it
+};
+
+// The kernels of a device, so that those alike are made once. For any thread.
+class KernelStore {
+  public:
+    using Key = std::pair<std::string, std::vector<std::uint32_t>>; // name and constants
+    std::shared_ptr<Kernel::Impl> find(const Key& key);             // null: nobody has it
+    // One of that name whose code is the same, though other constants were given.
+    std::shared_ptr<Kernel::Impl> findSame(const Key& key, const Kernel::Impl& kernel);
+    void add(const Key& key, const std::shared_ptr<Kernel::Impl>& kernel);
+    void keep(); // those added from now on, until the device goes
+
+  private:
+    std::mutex mutex_;
+    std::map<Key, std::weak_ptr<Kernel::Impl>> known_;
+    bool keeps_ = false;
+    std::vector<std::shared_ptr<Kernel::Impl>> kept_;
 };
 
 struct Device::Impl {
@@ -44,10 +63,9 @@ struct Device::Impl {
     Fault fault;
     MemoryUse memory;
     std::map<std::string, KernelTime> kernelTimes;
-    double compileSeconds = 0;
+    std::atomic<double> compileSeconds = 0;
     std::map<std::string, double> compileTimes;
-    bool keepsKernels = false;
-    std::map<std::pair<std::string, std::vector<std::uint32_t>>, std::shared_ptr<Kernel::Impl>> keptKernels; // by name and constants
+    KernelStore kernels;
 
     explicit Impl(const Options& options);
 
@@ -92,6 +110,7 @@ struct Kernel::Impl {
     Device::Impl* device = nullptr;
     std::string name;
     KernelInterface interface;
+    std::vector<std::uint32_t> spirv; // specialised
     vk::raii::DescriptorSetLayout setLayout{nullptr};
     vk::raii::PipelineLayout pipelineLayout{nullptr};
     vk::raii::Pipeline pipeline{nullptr};

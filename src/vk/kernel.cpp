@@ -1,7 +1,9 @@
 // One compute pipeline, laid out by what its SPIR-V declares.
 #include "vk/device.h"
 
+#include "base/parallel.h"
 #include "vk/impl.h"
+#include "vk/specialize.h"
 #include "vk/spirv.h"
 
 #include <algorithm>
@@ -45,45 +47,88 @@ vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, co
     return device.createDescriptorSetLayout({{}, bindings});
 }
 
-} // namespace
-
-Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) {
-    Device::Impl& owner = device.impl();
-    const std::pair<std::string, std::vector<std::uint32_t>> key(std::string(name), std::vector<std::uint32_t>(constants.begin(), constants.end()));
-    if (const auto kept = owner.keptKernels.find(key); kept != owner.keptKernels.end()) {
-        impl_ = kept->second;
-        return;
-    }
-    impl_ = std::make_shared<Impl>();
-    const ScopedTime time(owner.compileSeconds);
-    const EmbeddedKernel& embedded = findKernel(name);
-    const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
-    impl_->device = &owner;
-    impl_->name = embedded.name;
-    impl_->interface = reflect(spirv, constants);
-    requireCapabilities(owner, impl_->name, impl_->interface);
-
-    std::vector<vk::SpecializationMapEntry> entries;
-    for (const std::uint32_t id : impl_->interface.specIds)
-        if (id < constants.size())
-            entries.emplace_back(id, id * 4, 4);
-    translating("compiling kernel '" + impl_->name + "'", [&] {
-        const vk::SpecializationInfo specialization(std::uint32_t(entries.size()), entries.data(), constants.size_bytes(),
-                                                    constants.data());
-        const vk::raii::ShaderModule module(owner.device, {{}, spirv.size_bytes(), spirv.data()});
-        impl_->setLayout = createSetLayout(owner.device, impl_->interface);
-        const vk::PushConstantRange push(vk::ShaderStageFlagBits::eCompute, 0, (impl_->interface.pushBytes + 3) / 4 * 4);
-        vk::PipelineLayoutCreateInfo layout({}, *impl_->setLayout);
+void createPipeline(Device::Impl& owner, Kernel::Impl& kernel) {
+    translating("compiling kernel '" + kernel.name + "'", [&] {
+        const vk::raii::ShaderModule module(owner.device, {{}, kernel.spirv.size() * sizeof(std::uint32_t), kernel.spirv.data()});
+        kernel.setLayout = createSetLayout(owner.device, kernel.interface);
+        const vk::PushConstantRange push(vk::ShaderStageFlagBits::eCompute, 0, (kernel.interface.pushBytes + 3) / 4 * 4);
+        vk::PipelineLayoutCreateInfo layout({}, *kernel.setLayout);
         if (push.size)
             layout.setPushConstantRanges(push);
-        impl_->pipelineLayout = owner.device.createPipelineLayout(layout);
-        impl_->pipeline = owner.device.createComputePipeline(
-            nullptr, {{}, {{}, vk::ShaderStageFlagBits::eCompute, *module, "main", &specialization}, *impl_->pipelineLayout});
-        owner.setName(impl_->pipeline, impl_->name);
+        kernel.pipelineLayout = owner.device.createPipelineLayout(layout);
+        kernel.pipeline = owner.device.createComputePipeline(
+            nullptr, {{}, {{}, vk::ShaderStageFlagBits::eCompute, *module, "main"}, *kernel.pipelineLayout});
+        owner.setName(kernel.pipeline, kernel.name);
     });
     owner.instance->throwValidationMessages();
-    if (owner.keepsKernels)
-        owner.keptKernels[key] = impl_;
+}
+
+// From any thread. Two that ask for the same kernel at once may each make one.
+std::shared_ptr<Kernel::Impl> makeKernel(Device::Impl& owner, std::string_view name, std::span<const std::uint32_t> constants) {
+    const KernelStore::Key key(std::string(name), std::vector<std::uint32_t>(constants.begin(), constants.end()));
+    if (std::shared_ptr<Kernel::Impl> known = owner.kernels.find(key))
+        return known;
+    const EmbeddedKernel& embedded = findKernel(name);
+    const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
+    auto made = std::make_shared<Kernel::Impl>();
+    made->device = &owner;
+    made->name = embedded.name;
+    made->interface = reflect(spirv, constants);
+    requireCapabilities(owner, made->name, made->interface);
+    made->spirv = specialize(spirv, constants);
+    if (std::shared_ptr<Kernel::Impl> known = owner.kernels.findSame(key, *made))
+        return known;
+    createPipeline(owner, *made);
+    owner.kernels.add(key, made);
+    return made;
+}
+
+} // namespace
+
+std::shared_ptr<Kernel::Impl> KernelStore::find(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found = known_.find(key);
+    return found == known_.end() ? nullptr : found->second.lock();
+}
+
+std::shared_ptr<Kernel::Impl> KernelStore::findSame(const Key& key, const Kernel::Impl& kernel) {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [other, weak] : known_)
+        if (other.first == key.first)
+            if (std::shared_ptr<Kernel::Impl> candidate = weak.lock(); candidate && candidate->spirv == kernel.spirv) {
+                known_[key] = candidate;
+                return candidate;
+            }
+    return nullptr;
+}
+
+void KernelStore::add(const Key& key, const std::shared_ptr<Kernel::Impl>& kernel) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(known_, [](const auto& entry) { return entry.second.expired(); });
+    known_[key] = kernel;
+    if (keeps_)
+        kept_.push_back(kernel);
+}
+
+void KernelStore::keep() {
+    const std::lock_guard lock(mutex_);
+    keeps_ = true;
+}
+
+Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint32_t> constants) {
+    const Stopwatch watch;
+    impl_ = makeKernel(device.impl(), name, constants);
+    device.impl().compileSeconds += watch.seconds();
+}
+
+std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests) {
+    const Stopwatch watch;
+    std::vector<Kernel> kernels(requests.size());
+    parallelFor(requests.size(), 1, [&](std::size_t i, std::size_t) {
+        kernels[i].impl_ = makeKernel(device.impl(), requests[i].name, requests[i].constants);
+    });
+    device.impl().compileSeconds += watch.seconds();
+    return kernels;
 }
 
 Kernel::Kernel() noexcept = default;

@@ -237,20 +237,40 @@ TEST(Kernel, WarmUpTouchesNothing) {
     EXPECT_TRUE(device.kernelTimes().empty());
 }
 
+TEST(Kernel, IsSharedByAllWhoseCodeIsTheSame) {
+    Device device{Device::Options{}};
+    const Kernel first(device, "specialized", std::array{64u, 1u, 0u, 0u, 7u}), second(device, "specialized", std::array{64u, 1u, 0u, 0u, 7u});
+    const Kernel unused(device, "specialized", std::array{64u, 1u, 0u, 9u, 7u}); // it has no constant 3
+    const Kernel other(device, "specialized", std::array{64u, 1u, 0u, 0u, 8u});
+    EXPECT_EQ(second.impl(), first.impl());
+    EXPECT_EQ(unused.impl(), first.impl());
+    EXPECT_NE(other.impl(), first.impl());
+}
+
 TEST(Kernel, IsKeptForOthersOnceAskedFor) {
     Device device{Device::Options{}};
-    const Kernel before(device, "prepare_dispatch");
     device.keepKernels();
-    const Kernel::Impl* kept = nullptr;
-    {
-        const Kernel first(device, "prepare_dispatch"), second(device, "prepare_dispatch");
-        kept = first.impl();
-        EXPECT_EQ(second.impl(), kept);
-        EXPECT_NE(before.impl(), kept);
+    const Kernel::Impl* const kept = Kernel(device, "prepare_dispatch").impl();
+    EXPECT_EQ(Kernel(device, "prepare_dispatch").impl(), kept); // outlives the kernel that had it made
+}
+
+TEST(Kernel, SeveralAreMadeSideBySide) {
+    Device device{Device::Options{}};
+    std::vector<std::array<std::uint32_t, 5>> constants;
+    for (std::uint32_t i = 0; i < 24; ++i)
+        constants.push_back({64, 0, 0, 0, i % 12});
+    std::vector<KernelRequest> requests;
+    for (const auto& c : constants)
+        requests.push_back({"specialized", c});
+    const std::vector<Kernel> kernels = makeKernels(device, requests);
+    const std::vector<Kernel> again = makeKernels(device, requests);
+    for (std::size_t i = 0; i < kernels.size(); ++i) {
+        EXPECT_EQ(kernels[i].name(), "specialized");
+        EXPECT_NE(kernels[i].impl(), kernels[(i + 1) % kernels.size()].impl());
+        EXPECT_TRUE(again[i].impl() == kernels[i].impl() || again[i].impl() == kernels[(i + 12) % 24].impl());
     }
-    EXPECT_EQ(Kernel(device, "prepare_dispatch").impl(), kept); // outlives the kernels that used it
-    const std::uint32_t constants[] = {1};
-    EXPECT_NE(Kernel(device, "prepare_dispatch", constants).impl(), kept);
+    requests.push_back({"no_such_kernel", {}});
+    EXPECT_THROW(makeKernels(device, requests), std::logic_error);
 }
 
 // The kernel has 64-bit integers in both variants, which those of the program have in the full one alone.
