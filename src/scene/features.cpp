@@ -143,10 +143,13 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     return c;
 }
 
-std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, bool refill) const {
+std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const {
     std::array<std::uint32_t, gpu::kTraceCount> c{};
     c[gpu::kTraceThreads] = threads;
-    c[gpu::kTraceRefill] = refill;
+    // On the way to a leaf every box node but the last puts one group aside at most.
+    for (const std::uint32_t registers : {12u, 8u, 4u})
+        if (bvhDepth <= registers + 1)
+            c[gpu::kTraceStack] = registers;
     c[gpu::kTraceAlphaMask] = alphaMask;
     c[gpu::kTraceAttributeTexels] = attributeTexels();
     c[gpu::kTraceTexcoord1] = texcoord1;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "shared/bvh_node.h"
 #include "shared/features.h"
 
 namespace cmpg {
@@ -39,11 +40,11 @@ struct FeatureSet {
         std::uint32_t mode = gpu::kModeRender;
         bool sobol = true, frozen = false, layers = false;
         bool guided = false, record = false, roulette = false, measure = false, oneSign = false;
-        std::uint32_t maxDepth = 8, threads = 1;
+        std::uint32_t maxDepth = 8, threads = 1, bvhDepth = gpu::kMaxBvhDepth;
         auto operator<=>(const Pass&) const = default;
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
-    std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, bool refill) const;
+    std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
     // Name and what is on, of every feature.
     std::vector<std::pair<std::string, std::string>> describe() const;
 };

@@ -12,7 +12,7 @@ namespace cmpg {
 
 SpirvSize spirvSize(const Device& device, std::string_view name, std::span<const std::uint32_t> constants) {
     const EmbeddedKernel& kernel = findKernel(name);
-    const std::span<const std::uint32_t> spirv = device.portable() ? kernel.portable : kernel.full;
+    const std::span<const std::uint32_t> spirv = kernel.variant(device.variant());
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> values;
     for (const std::uint32_t id : reflect(spirv, constants).specIds)
         if (id < constants.size())
