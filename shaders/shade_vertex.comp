@@ -130,8 +130,9 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
                   vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
     direct = vec3(0);
     secondDirect = vec3(0);
-    const LightChoice choice = chooseLightSample(scene, p.position, sampling.surface, sampling.normal, wo, u);
-    light = sampleLight(scene, p.position, choice.u);
+    const FewLights few = readFewLights(scene.lights);
+    const LightChoice choice = chooseLightSample(scene, few, p.position, sampling.surface, sampling.normal, wo, u);
+    light = sampleLight(scene, selectedLight(few, scene.lights, choice.u.x), p.position, choice.u);
     if (choice.weight == 0.0) light.density = 0.0;
     bool wanted = false;
     vec3 factor = vec3(0); // N_i / L_e

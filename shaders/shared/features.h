@@ -30,7 +30,8 @@ CMPG_CONST kFeatureRoulette = 22; // paths end and split by what the guide expec
 CMPG_CONST kFeatureMeasure = 23; // the second moment of the paths' contributions is measured, reverse mode
 CMPG_CONST kFeatureSigned = 24; // positivization: derivative terms of one sign only
 CMPG_CONST kFeatureLightCandidates = 25; // light samples of which one is taken; 1: nothing to choose from
-CMPG_CONST kFeatureCount = 26;
+CMPG_CONST kFeatureFewLights = 26; // 2, 4: so many at most, and their records stand in registers; 0: any number
+CMPG_CONST kFeatureCount = 27;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU
