@@ -57,31 +57,29 @@ void scene(Device& device, const char* name, const Geometry& geometry, const Vie
     const Bvh bvh = buildBvh(geometry);
     std::printf("\n%s: %zu triangles, built at %.2f M triangles/s, %zu records, expected records a line %.1f\n", name, geometry.triangles.size(),
                 double(geometry.triangles.size()) / median(build) * 1e-6, bvh.records.size(), double(bvh.sahCost));
-    std::printf("%-14s %10s %14s %14s %14s   (M rays/s, in brackets the ratio to Embree)\n", "", "Embree", "ours", "with refill", "shadow rays");
+    std::printf("%-14s %10s %14s %14s   (M rays/s, in brackets the ratio to Embree)\n", "", "Embree", "ours", "shadow rays");
 
     const test::EmbreeScene embree(geometry, false);
-    test::Tracer plain(device, bvh, false), refill(device, bvh, true);
+    test::Tracer tracer(device, bvh, bvh.depth);
     std::vector<gpu::Ray> rays = cameraRays(view);
     for (const char* kind : {"camera", "first bounce", "second bounce"}) {
         const auto hits = embree.intersect(rays);
         std::vector<gpu::ShadowRay> shadowRays;
         for (std::size_t i = 0; i < rays.size(); ++i) // each to a point before or behind the nearest hit
             shadowRays.push_back({rays[i].origin, std::max(0.f, hits[i].t) * (i % 2 ? 0.9f : 1.1f), rays[i].direction, 0});
-        std::vector<double> theirs, ours, refilled, shadow;
+        std::vector<double> theirs, ours, shadow;
         for (int i = 0; i < kRepetitions; ++i) {
             const Stopwatch watch;
             embree.intersect(rays);
             theirs.push_back(watch.seconds());
-            plain.closest(rays);
-            ours.push_back(plain.seconds());
-            refill.closest(rays);
-            refilled.push_back(refill.seconds());
-            refill.visible(shadowRays);
-            shadow.push_back(refill.seconds());
+            tracer.closest(rays);
+            ours.push_back(tracer.seconds());
+            tracer.visible(shadowRays);
+            shadow.push_back(tracer.seconds());
         }
         const auto rate = [&](const std::vector<double>& seconds) { return double(rays.size()) / median(seconds) * 1e-6; };
-        std::printf("%-14s %10.2f %7.2f (%.2f) %7.2f (%.2f) %7.2f (%.2f)\n", kind, rate(theirs), rate(ours), rate(ours) / rate(theirs),
-                    rate(refilled), rate(refilled) / rate(theirs), rate(shadow), rate(shadow) / rate(theirs));
+        std::printf("%-14s %10.2f %7.2f (%.2f) %7.2f (%.2f)\n", kind, rate(theirs), rate(ours), rate(ours) / rate(theirs), rate(shadow),
+                    rate(shadow) / rate(theirs));
         rays = bounce(rays, hits, 2);
     }
 }

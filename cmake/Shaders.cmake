@@ -1,7 +1,8 @@
 # Compiles every *.comp of a folder to SPIR-V and generates the table that embeds it in a target.
 #
-# Each kernel is built twice. "full" reads hot data through texel buffers and uses 64-bit integer atomics;
-# "portable" reads through storage buffers and needs neither, for devices that lack them (see shaders/lib/read_buffers.glsl).
+# Each kernel is built three times. "full" reads hot data through texel buffers and uses 64-bit integer atomics, "cpu" is the same with storage
+# texel buffers, which CPU drivers read faster; "portable" reads through storage buffers and needs neither, for devices that lack them
+# (see shaders/lib/read_buffers.glsl).
 find_program(GLSLANG glslangValidator REQUIRED)
 
 # `source`, a file of the target, includes the generated spirv_table.inc: the vector kEmbeddedKernels of EmbeddedKernel.
@@ -14,12 +15,14 @@ function(cmpg_embed_shaders target folder source)
   set(headers "")
   foreach(kernel IN LISTS kernels)
     get_filename_component(name ${kernel} NAME_WE)
-    foreach(variant full portable)
+    foreach(variant full cpu portable)
       set(symbol ${name}_${variant})
       set(header ${out}/${symbol}.h)
       set(defines "")
       if(variant STREQUAL portable)
         set(defines -DCMPG_PORTABLE)
+      elseif(variant STREQUAL cpu)
+        set(defines -DCMPG_STORAGE_TEXELS)
       endif()
       add_custom_command(OUTPUT ${header}
         COMMAND ${GLSLANG} --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines}
@@ -29,7 +32,7 @@ function(cmpg_embed_shaders target folder source)
       list(APPEND headers ${header})
       string(APPEND includes "#include \"${symbol}.h\"\n")
     endforeach()
-    string(APPEND table "    {\"${name}\", ${name}_full, ${name}_portable},\n")
+    string(APPEND table "    {\"${name}\", ${name}_full, ${name}_cpu, ${name}_portable},\n")
   endforeach()
   file(CONFIGURE OUTPUT ${out}/spirv_table.inc CONTENT
     "#include <vector>\n${includes}static const std::vector<cmpg::EmbeddedKernel> kEmbeddedKernels = {\n${table}};\n" @ONLY)

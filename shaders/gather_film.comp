@@ -11,7 +11,7 @@
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
-layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
 layout(binding = kBindVertices, scalar) readonly buffer Vertices { Vertex vertices[]; };
 layout(binding = kBindTangents, scalar) readonly buffer Tangents { vec3 tangents[]; };

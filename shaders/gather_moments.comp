@@ -10,7 +10,7 @@
 #include "lib/math.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
-layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
 layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
 layout(binding = kBindArrivals, scalar) readonly buffer Arrivals { Arrival arrivals[]; };

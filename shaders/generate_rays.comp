@@ -10,7 +10,7 @@
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
-layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
 layout(binding = kBindPaths, scalar) writeonly buffer Paths { uvec2 paths[]; };
 layout(binding = kBindRays, scalar) writeonly buffer Rays { Ray rays[]; };

@@ -13,8 +13,8 @@
 #include "shared/scene_info.h"
 #include "shared/batch.h"
 #include "scene/material_tables.glsl"
-layout(binding = kBindScene, scalar) readonly buffer SceneBlock { SceneInfo scene; };
-layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindScene, scalar) uniform SceneBlock { SceneInfo scene; };
+layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 #include "lib/physics.glsl"
 #include "lib/fixed_point.glsl"
 #include "lib/dispatch.glsl"

@@ -6,6 +6,11 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #include "scene/features.glsl"
 #include "scene/buffers.glsl"
+#define CMPG_READ_RAYS
+#define CMPG_READ_HITS
+#define CMPG_READ_PREFIXES
+#define CMPG_READ_COPIES
+#include "scene/queues.glsl"
 #include "shared/film.h"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
@@ -23,15 +28,11 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
-layout(binding = kBindHits, scalar) readonly buffer Hits { Hit hits[]; };
 layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
 layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
 layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
 layout(binding = kBindTape, scalar) writeonly buffer Tape { uint tape[]; };
-layout(binding = kBindPrefixes, scalar) readonly buffer Prefixes { Prefix prefixes[]; };
 layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { Prefix nextPrefixes[]; };
-layout(binding = kBindCopies, scalar) readonly buffer Copies { Copy copies[]; };
 layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
 layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
@@ -82,7 +83,7 @@ float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : mi
 
 Prefix loadPrefix(uint ray, Copy copy) {
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
-    if (kDerivatives && kPrefix && push.bounce > 0) prefix = prefixes[ray];
+    if (kDerivatives && kPrefix && push.bounce > 0) prefix = readPrefix(ray);
     if (kRoulette) {
         prefix.throughput *= copy.weight;
         prefix.tangent *= copy.weight;
@@ -129,8 +130,9 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
                   vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
     direct = vec3(0);
     secondDirect = vec3(0);
-    const LightChoice choice = chooseLightSample(scene, p.position, sampling.surface, sampling.normal, wo, u);
-    light = sampleLight(scene, p.position, choice.u);
+    const FewLights few = readFewLights(scene.lights);
+    const LightChoice choice = chooseLightSample(scene, few, p.position, sampling.surface, sampling.normal, wo, u);
+    light = sampleLight(scene, selectedLight(few, scene.lights, choice.u.x), p.position, choice.u);
     if (choice.weight == 0.0) light.density = 0.0;
     bool wanted = false;
     vec3 factor = vec3(0); // N_i / L_e
@@ -167,9 +169,9 @@ void main() {
     const uint slot = globalIndex();
     if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
     Copy copy = Copy(slot, 0, 1.0, 1);
-    if (kRoulette) copy = copies[slot];
-    const Ray ray = rays[copy.ray];
-    const Hit hit = hits[copy.ray];
+    if (kRoulette) copy = readCopy(slot);
+    const Ray ray = readRay(copy.ray);
+    const Hit hit = readHit(copy.ray);
     const Prefix prefix = loadPrefix(copy.ray, copy);
     if (kReverse) tapePut3(slot, kPlaneThroughput, prefix.throughput);
     if (hit.t < 0.0) {

@@ -6,6 +6,10 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "scene/features.glsl"
 #include "scene/buffers.glsl"
+#define CMPG_READ_RAYS
+#define CMPG_READ_HITS
+#define CMPG_READ_PREFIXES
+#include "scene/queues.glsl"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
 #include "scene/guide_lookup.glsl"
@@ -14,9 +18,6 @@ layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
 layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
-layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
-layout(binding = kBindHits, scalar) readonly buffer Hits { Hit hits[]; };
-layout(binding = kBindPrefixes, scalar) readonly buffer Prefixes { Prefix prefixes[]; };
 layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
 layout(binding = kBindCopies, scalar) writeonly buffer Copies { Copy copies[]; };
 
@@ -39,11 +40,11 @@ float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
 void main() {
     const uint slot = globalIndex();
     if (push.count == 0 || slot >= counts[push.bounce].rays) return;
-    const Ray ray = rays[slot];
+    const Ray ray = readRay(slot);
     const uvec2 path = paths[ray.path];
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
-    if (push.bounce > 0) prefix = prefixes[slot];
-    const float q = survival(ray, hits[slot], prefix, adjoints[path.x]);
+    if (push.bounce > 0) prefix = readPrefix(slot);
+    const float q = survival(ray, readHit(slot), prefix, adjoints[path.x]);
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
     const uint count = uint(q) + (sampleSet(key, kSetRoulette).x >= 1.0 - fract(q) ? 1u : 0u); // q + u would round up to the next number
     const uint first = count > 0 ? atomicAdd(counts[push.bounce].vertices, count) : 0;

@@ -4,9 +4,10 @@
 layout(local_size_x = 64) in;
 #include "lib/trace_queue.glsl"
 #include "scene/trace_masks.glsl"
+#define CMPG_READ_RAYS
+#include "scene/queues.glsl"
 #include "lib/traverse.glsl"
 
-layout(binding = kBindRays, scalar) readonly buffer Rays { Ray rays[]; };
 layout(binding = kBindHits, scalar) writeonly buffer Hits { Hit hits[]; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
@@ -14,20 +15,12 @@ layout(push_constant, scalar) uniform Push { BouncePush push; };
 void main() {
     if (push.count == 0u)
         return;
-    openQueue(min(push.count, counts[push.bounce].rays));
-    uint mine = kNone;
-    rayCursor = kNone;
-    do {
-        const bool idle = rayCursor == kNone;
-        if (idle && mine != kNone)
-            hits[mine] = endRay();
-        const uint taken = takeFromQueue(idle);
-        if (idle)
-            mine = taken;
-        if (idle && mine != kNone)
-            beginRay(rays[mine].origin, rays[mine].direction, uintBitsToFloat(0x7f800000u));
-        walk();
-    } while (laneShare(mine != kNone, 0u));
-    if (unfinished > 0u)
-        atomicAdd(counts[push.bounce].unfinished, unfinished);
+    const RayRun run = runOfRays(min(push.count, counts[push.bounce].rays));
+    for (uint i = run.next; i < run.end; i += gl_SubgroupSize) {
+        const Ray ray = readRay(i);
+        beginRay(ray.origin, ray.direction, uintBitsToFloat(0x7f800000u));
+        if (walk())
+            atomicAdd(counts[push.bounce].unfinished, 1u);
+        hits[i] = endRay();
+    }
 }

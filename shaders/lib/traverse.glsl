@@ -2,8 +2,8 @@
 //     kAlphaMask, a bool constant, and, asked only with it, bool isCutOut(uint triangle, vec2 barycentrics)
 // (shaders/scene/trace_masks.glsl), and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
 //
-// A step reads one record. Steps at box nodes and at leaf blocks are separate functions, because a CPU driver executes both sides
-// of every branch: walk loops over each kind.
+// A step reads one record, of a box node or of a leaf block. Groups of children put aside stand in registers, which are shifted: a stack in an
+// array costs a CPU driver a scattered access of memory for every step. Trees too deep for kStack of them have the array (kStack = 0).
 #include "shared/bindings.h"
 #include "shared/bvh_node.h"
 #include "shared/wavefront.h"
@@ -22,8 +22,43 @@ vec2 rayBarycentrics;        // of the block's triangle: weights of its second a
 uint rayBlock;               // record * 2 + (0: triangle A, 1: B) of that hit, or kNone
 uint rayCursor;              // what to step at next, or kNone
 uvec2 rayGroup;              // children of one node still to be visited: their base and a byte each, nearest first
+// Groups put aside, the last first: kStack of them, or in the array.
+uvec2 aside0, aside1, aside2, aside3, aside4, aside5, aside6, aside7, aside8, aside9, aside10, aside11;
 uint rayTop;
-uvec2 rayStack[kMaxBvhDepth + 1]; // groups put aside
+uvec2 rayStack[kMaxBvhDepth + 1];
+
+void emptyStack() {
+    aside0 = aside1 = aside2 = aside3 = aside4 = aside5 = aside6 = aside7 = aside8 = aside9 = aside10 = aside11 = uvec2(0);
+    if (kStack == 0u) {
+        rayTop = 0;
+        rayStack[0] = uvec2(0);
+    }
+}
+
+void putAside(uvec2 group) {
+    if (kStack == 0u) {
+        ++rayTop;
+        rayStack[rayTop] = group;
+        return;
+    }
+    if (kStack > 8u) aside11 = aside10, aside10 = aside9, aside9 = aside8, aside8 = aside7;
+    if (kStack > 4u) aside7 = aside6, aside6 = aside5, aside5 = aside4, aside4 = aside3;
+    aside3 = aside2, aside2 = aside1, aside1 = aside0, aside0 = group;
+}
+
+// The last group put aside, or one without children.
+uvec2 takeBack() {
+    if (kStack == 0u) {
+        const uvec2 group = rayStack[rayTop];
+        --rayTop; // wraps below an empty stack, when the ray is done
+        return group;
+    }
+    const uvec2 group = aside0;
+    aside0 = aside1, aside1 = aside2, aside2 = aside3, aside3 = aside4;
+    if (kStack > 4u) aside4 = aside5, aside5 = aside6, aside6 = aside7, aside7 = aside8;
+    if (kStack > 8u) aside8 = aside9, aside9 = aside10, aside10 = aside11, aside11 = uvec2(0);
+    return group;
+}
 
 void beginRay(vec3 origin, vec3 direction, float limit) {
     rayOrigin = origin;
@@ -47,8 +82,7 @@ void beginRay(vec3 origin, vec3 direction, float limit) {
     rayBlock = kNone;
     rayCursor = 0;
     rayGroup = uvec2(0);
-    rayTop = 0;
-    rayStack[0] = uvec2(0);
+    emptyStack();
 }
 
 // The original corner order of a block's triangle: weights of its second and third vertex.
@@ -96,10 +130,8 @@ void tryTriangle(float w0, float w1, float w2, vec3 corner, vec3 normal, uint bl
 
 // Goes to the nearest child that is still to be visited.
 void advance() {
-    if (rayGroup.y == 0u) {
-        rayGroup = rayStack[rayTop];
-        --rayTop; // wraps below an empty stack, when the ray is done
-    }
+    if (rayGroup.y == 0u)
+        rayGroup = takeBack();
     const uint child = rayGroup.y & 0xffu;
     rayCursor = child == 0u ? kNone : (rayGroup.x + (child & kChildOffset)) | ((child >> kChildBlocksShift & kChildBlocks) << kBlocksShift);
     rayGroup.y >>= 8;
@@ -142,10 +174,8 @@ void stepNode() {
     const uint group = childByte(min(a0, a2), r2.w) | childByte(min(b1, b2), r2.w) << 8 | childByte(max(b1, b2), r2.w) << 16 |
                        childByte(max(a1, a3), r2.w) << 24;
     if (group != 0u) {
-        if (rayGroup.y != 0u) {
-            ++rayTop;
-            rayStack[rayTop] = rayGroup;
-        }
+        if (rayGroup.y != 0u)
+            putAside(rayGroup);
         rayGroup = uvec2(r2.z, group);
     }
     advance();
@@ -177,27 +207,19 @@ void stepLeaf() {
         advance();
 }
 
-// Steps until half of the subgroup's rays have ended (all, without refill or when there are no more to take).
-// Each inner loop goes on while enough lanes take part: stragglers wait for the next round instead of holding up the others.
-void walk() {
-    const uint enough = kRefill && !queueEmpty() ? 5u : 0u;
-    do {
-        do {
-            if (atNode())
-                stepNode();
-            ++iterations;
-        } while (laneShare(atNode(), 5u) && iterations < kMaxIterations);
-        do {
-            if (atLeaf())
-                stepLeaf();
-            ++iterations;
-        } while (laneShare(atLeaf(), 3u) && iterations < kMaxIterations);
-        ++iterations;
-    } while (laneShare(rayCursor != kNone, enough) && iterations < kMaxIterations);
-    if (iterations >= kMaxIterations && rayCursor != kNone) {
-        rayCursor = kNone;
-        ++unfinished;
+// Steps until the ray has ended. True: it was given up, because it met too many records.
+// One loop for both kinds of records: lanes at a node and lanes at a leaf wait for each other, which on CPU drivers costs less than votes on
+// which kind is next.
+bool walk() {
+    uint steps = 0u;
+    while (rayCursor != kNone && steps < kMaxSteps) {
+        if (atNode())
+            stepNode();
+        if (atLeaf())
+            stepLeaf();
+        ++steps;
     }
+    return rayCursor != kNone;
 }
 
 // Weights of the second and third corner at a point of the triangle: along the longest edge first, then across it. On a needle the

@@ -9,5 +9,5 @@ READ_VEC4(triangleTexel, kBindTriangles)
 READ_UVEC4(lightTexel, kBindLights)
 READ_FLOAT(lightDensity, kBindLightDensity)
 READ_FLOAT(environmentCdf, kBindEnvironmentCdf)
-layout(binding = kBindScene, scalar) readonly buffer SceneBlock { SceneInfo scene; };
-layout(binding = kBindBatch, scalar) readonly buffer BatchBlock { Batch batch; };
+layout(binding = kBindScene, scalar) uniform SceneBlock { SceneInfo scene; };
+layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };

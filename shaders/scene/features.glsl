@@ -27,6 +27,7 @@ layout(constant_id = kFeatureRecord) const bool kRecord = false;
 layout(constant_id = kFeatureRoulette) const bool kRoulette = false;
 layout(constant_id = kFeatureMeasure) const bool kMeasure = false;
 layout(constant_id = kFeatureLightCandidates) const uint kLightCandidates = 8;
+layout(constant_id = kFeatureFewLights) const uint kFewLights = 0;
 layout(constant_id = kFeatureSigned) const bool kSigned = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.

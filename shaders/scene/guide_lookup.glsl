@@ -3,7 +3,7 @@
 READ_UINT(guideSpatialNode, kBindGuideSpatial)
 READ_UVEC4(guideCellTexel, kBindGuideCells)
 READ_UVEC4(guideNode, kBindGuideNodes)
-layout(binding = kBindGuideInfo, scalar) readonly buffer GuideInfoBlock { GuideInfo guide; };
+layout(binding = kBindGuideInfo, scalar) uniform GuideInfoBlock { GuideInfo guide; };
 
 #include "lib/guide.glsl"
 

@@ -1,7 +1,7 @@
 // What a vertex tells the guide: the light that came from its drawn direction and the derivatives that did, without what light sampling
 // covers (its MIS weight is in the emission already). Expects scene/integer_sums.glsl, statistics[].
 #include "shared/guide.h"
-layout(binding = kBindGuideInfo, scalar) readonly buffer GuideInfoBlock { GuideInfo guide; };
+layout(binding = kBindGuideInfo, scalar) uniform GuideInfoBlock { GuideInfo guide; };
 layout(binding = kBindGuideVisits, scalar) readonly buffer GuideVisits { GuideVisit visits[]; };
 
 layout(binding = kBindGuideLeafSums, scalar) buffer GuideLeaves { GuideLeafSums leafSums[]; };

@@ -9,10 +9,9 @@ struct LightChoice {
 // What a light sample brings to the surface without shadow, divided by its density, up to a factor that all share. Lights are selected by
 // power, so their radiance cancels; what is left is where they are, how they are turned, and how the surface scatters: its sampling density,
 // in which its colour cancels too.
-float expectedLight(SceneInfo scene, vec3 position, Surface surface, vec3 normal, vec3 wo, vec3 u) {
-    const uint light = selectLight(scene.lights, u.x) * kLightTexels;
-    const uint kind = lightTexel(light).x;
-    const vec4 where = uintBitsToFloat(lightTexel(light + 1)), along = uintBitsToFloat(lightTexel(light + 2)), extent = uintBitsToFloat(lightTexel(light + 3));
+float expectedLight(SceneInfo scene, LightRecord light, vec3 position, Surface surface, vec3 normal, vec3 wo, vec3 u) {
+    const uint kind = lightKind(light);
+    const vec4 where = light.where, along = light.along, extent = light.extent;
     vec3 direction = vec3(0);
     float brought = 0.0; // per power
     if (kTriangleLights && kind == kLightTriangle) {
@@ -47,7 +46,7 @@ float expectedLight(SceneInfo scene, vec3 position, Surface surface, vec3 normal
 }
 
 // `normal` may point away from where the path came from, as anywhere. u.w: which one is taken.
-LightChoice chooseLightSample(SceneInfo scene, vec3 position, Surface surface, vec3 normal, vec3 wo, vec4 u) {
+LightChoice chooseLightSample(SceneInfo scene, FewLights few, vec3 position, Surface surface, vec3 normal, vec3 wo, vec4 u) {
     // Steps of an additive sequence that fills the cube evenly: every candidate is distributed as the first one is.
     const vec3 step = vec3(0.8191725134, 0.6710436067, 0.5497004779);
     LightChoice choice = LightChoice(u.xyz, 1.0);
@@ -55,7 +54,7 @@ LightChoice chooseLightSample(SceneInfo scene, vec3 position, Surface surface, v
     float total = 0.0, chosen = 0.0, remaining = u.w;
     for (uint i = 0; i < kLightCandidates; ++i) {
         const vec3 candidate = fract(u.xyz + float(i) * step);
-        const float expected = expectedLight(scene, position, surface, normal, wo, candidate);
+        const float expected = expectedLight(scene, selectedLight(few, scene.lights, candidate.x), position, surface, normal, wo, candidate);
         total += expected;
         const float share = total > 0.0 ? expected / total : 0.0;
         if (remaining < share) {

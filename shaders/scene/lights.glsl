@@ -1,5 +1,5 @@
 // Light sampling: one light by its selection probability, one point or direction on it.
-// Expects lightTexel(), lightDensity() and what geometry.glsl, materials.glsl, alpha_mask.glsl and environment.glsl expect.
+// Expects lightTexel() and what geometry.glsl, materials.glsl, alpha_mask.glsl and environment.glsl expect.
 
 struct LightSample {
     vec3 direction; // unit, towards the light
@@ -13,6 +13,43 @@ struct LightSample {
     vec2 uv0, uv1; // where its emission is read; environment: map coordinates
 };
 
+// The texels of a GpuLight.
+struct LightRecord {
+    uvec4 head;
+    vec4 where, along, extent;
+};
+
+LightRecord readLight(uint light) {
+    const uint at = light * kLightTexels;
+    return LightRecord(lightTexel(at), uintBitsToFloat(lightTexel(at + 1)), uintBitsToFloat(lightTexel(at + 2)), uintBitsToFloat(lightTexel(at + 3)));
+}
+
+uint lightKind(LightRecord light) { return light.head.x & ((1u << kLightKindBits) - 1u); }
+
+// The lights of a scene that has kFewLights at most; the last of the table stands for those beyond it.
+struct FewLights {
+    LightRecord first, second, third, fourth;
+};
+
+FewLights readFewLights(uint count) {
+    FewLights few;
+    if (kFewLights > 0) {
+        few.first = readLight(0);
+        few.second = readLight(min(1, count - 1));
+    }
+    if (kFewLights > 2) {
+        few.third = readLight(min(2, count - 1));
+        few.fourth = readLight(count - 1);
+    }
+    return few;
+}
+
+LightRecord lightBefore(float u, LightRecord light, LightRecord otherwise) {
+    const bool before = u < uintBitsToFloat(light.head.w);
+    return LightRecord(mix(otherwise.head, light.head, bvec4(before)), mix(otherwise.where, light.where, bvec4(before)),
+                       mix(otherwise.along, light.along, bvec4(before)), mix(otherwise.extent, light.extent, bvec4(before)));
+}
+
 uint selectLight(uint count, float u) {
     uint low = 0, high = count - 1;
     for (uint i = 0; i < 32 && low < high; ++i) {
@@ -23,8 +60,15 @@ uint selectLight(uint count, float u) {
     return low;
 }
 
+LightRecord selectedLight(FewLights few, uint count, float u) {
+    if (kFewLights == 0) return readLight(selectLight(count, u));
+    LightRecord light = few.second;
+    if (kFewLights > 2) light = lightBefore(u, few.second, lightBefore(u, few.third, few.fourth));
+    return lightBefore(u, few.first, light);
+}
+
 // density = 0 when there is nothing to gain from this light at `position`.
-LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
+LightSample sampleLight(SceneInfo scene, LightRecord light, vec3 position, vec3 u) {
     LightSample s;
     s.direction = vec3(0, 0, 1);
     s.distance = 0.0;
@@ -36,42 +80,39 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
     s.material = kNone;
     s.uv0 = vec2(0);
     s.uv1 = vec2(0);
-    const uint light = selectLight(scene.lights, u.x);
-    const uvec4 head = lightTexel(light * kLightTexels);
-    const float probability = uintBitsToFloat(head.z);
-    if (kTriangleLights && head.x == kLightTriangle) {
+    const uint kind = lightKind(light);
+    const float probability = uintBitsToFloat(light.head.z);
+    const vec4 where = light.where, along = light.along, extent = light.extent;
+    if (kTriangleLights && kind == kLightTriangle) {
         const vec2 b = sampleTriangle(u.yz);
         if (kTexturedEmission) {
-            const SurfacePoint p = surfacePoint(head.y, b);
+            const SurfacePoint p = surfacePoint(light.head.y, b);
             s.uv0 = p.uv0;
             s.uv1 = p.uv1;
         }
-        const vec4 t0 = triangleTexel(3 * head.y), t1 = triangleTexel(3 * head.y + 1), t2 = triangleTexel(3 * head.y + 2);
-        const vec3 point = t0.xyz + b.x * t1.xyz + b.y * t2.xyz;
+        const vec3 normal = vec3(where.w, along.w, extent.w);
+        const vec3 point = where.xyz + b.x * along.xyz + b.y * extent.xyz;
         const vec3 offset = point - position;
         const float distance2 = dot(offset, offset);
         s.distance = sqrt(distance2);
         s.direction = offset / max(s.distance, 1e-30);
-        const float cosLight = -dot(vec3(t0.w, t1.w, t2.w), s.direction);
+        const float cosLight = -dot(normal, s.direction);
         s.hasTarget = true;
-        const float magnitude = max(largestCoordinate(t0.xyz), max(largestCoordinate(t0.xyz + t1.xyz), largestCoordinate(t0.xyz + t2.xyz)));
-        s.target = offsetRayOrigin(point, vec3(t0.w, t1.w, t2.w), -s.direction, magnitude);
-        s.material = triangleIndices(head.y).w;
-        s.density = areaToSolidAngle(lightDensity(head.y), distance2, cosLight);
-        if (kAlphaMask && isCutOut(head.y, b)) s.density = 0.0; // a hole emits nothing
-    } else if (kEnvironmentLight && head.x == kLightEnvironment) {
+        const float magnitude = max(largestCoordinate(where.xyz), max(largestCoordinate(where.xyz + along.xyz), largestCoordinate(where.xyz + extent.xyz)));
+        s.target = offsetRayOrigin(point, normal, -s.direction, magnitude);
+        s.material = light.head.x >> kLightKindBits;
+        s.density = areaToSolidAngle(probability, distance2, cosLight);
+        if (kAlphaMask && isCutOut(light.head.y, b)) s.density = 0.0; // a hole emits nothing
+    } else if (kEnvironmentLight && kind == kLightEnvironment) {
         s.direction = sampleEnvironment(scene.environment, u.yz, s.uv0, s.density);
         s.distance = scene.environmentDistance;
     } else if (kPunctualLights) {
-        const vec4 where = uintBitsToFloat(lightTexel(light * kLightTexels + 1));
-        const vec4 along = uintBitsToFloat(lightTexel(light * kLightTexels + 2));
-        const vec4 power = uintBitsToFloat(lightTexel(light * kLightTexels + 3));
         s.extended = false;
         s.density = probability;
-        if (head.x == kLightDirectional) {
+        if (kind == kLightDirectional) {
             s.direction = -along.xyz;
             s.distance = scene.environmentDistance;
-            s.radiance = power.xyz;
+            s.radiance = extent.xyz;
         } else {
             const vec3 offset = where.xyz - position;
             s.distance = length(offset);
@@ -79,8 +120,8 @@ LightSample sampleLight(SceneInfo scene, vec3 position, vec3 u) {
             s.hasTarget = true;
             s.target = where.xyz - 1e-4 * offset; // it may sit on a surface
             float falloff = distanceFalloff(s.distance * s.distance, where.w);
-            if (head.x == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, power.w);
-            s.radiance = power.xyz * falloff;
+            if (kind == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, extent.w);
+            s.radiance = extent.xyz * falloff;
         }
     }
     return s;

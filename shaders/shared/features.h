@@ -30,15 +30,16 @@ CMPG_CONST kFeatureRoulette = 22; // paths end and split by what the guide expec
 CMPG_CONST kFeatureMeasure = 23; // the second moment of the paths' contributions is measured, reverse mode
 CMPG_CONST kFeatureSigned = 24; // positivization: derivative terms of one sign only
 CMPG_CONST kFeatureLightCandidates = 25; // light samples of which one is taken; 1: nothing to choose from
-CMPG_CONST kFeatureCount = 26;
+CMPG_CONST kFeatureFewLights = 26; // 2, 4: so many at most, and their records stand in registers; 0: any number
+CMPG_CONST kFeatureCount = 27;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU
-CMPG_CONST kTraceRefill = 1; // lanes that have finished take new rays before the others have
-CMPG_CONST kTraceAlphaMask = 2; // as kFeatureAlphaMask; the rest matters only with it
-CMPG_CONST kTraceAttributeTexels = 3; // vec4s a vertex
-CMPG_CONST kTraceTexcoord1 = 4;
-CMPG_CONST kTraceColors = 5;
+CMPG_CONST kTraceAlphaMask = 1; // as kFeatureAlphaMask; the rest matters only with it
+CMPG_CONST kTraceAttributeTexels = 2; // vec4s a vertex
+CMPG_CONST kTraceTexcoord1 = 3;
+CMPG_CONST kTraceColors = 4;
+CMPG_CONST kTraceStack = 5; // groups of children that traversal keeps in registers: 4, 8, 12; 0: in an array, for deeper trees
 CMPG_CONST kTraceCount = 6;
 
 CMPG_CONST kModeRender = 0;

@@ -11,18 +11,19 @@ CMPG_CONST kLightDirectional = 3;
 CMPG_CONST kLightEnvironment = 4;
 
 struct GpuLight {
-    uint kind;
+    uint kind; // emissive triangles: and above kLightKindBits their material, as the material table counts
     uint triangle; // in BVH order; emissive triangles only
-    float probability; // of being selected
+    float probability; // of being selected; emissive triangles: per unit area
     float cumulative; // sum of the probabilities up to and including this one; exactly 1 for the last
     vec3 position; // emissive triangles: the first corner
-    float range; // 0 = unlimited. Directional lights and the environment: 1 / area of a disc as wide as the scene
+    float range; // 0 = unlimited. Directional lights and the environment: 1 / area of a disc as wide as the scene. Emissive triangles: normal.x
     vec3 direction; // the light travels along it. Emissive triangles: from the first to the second corner
-    float innerCos; // spots. The environment: 1 / power of all lights
+    float innerCos; // spots. The environment: 1 / power of all lights. Emissive triangles: normal.y
     vec3 intensity; // emissive triangles: from the first to the third corner
-    float outerCos;
+    float outerCos; // spots. Emissive triangles: normal.z
 };
 CMPG_CONST kLightTexels = 4;
+CMPG_CONST kLightKindBits = 3;
 
 // The environment map for sampling: cells between neighbouring texel centres, W x (H - 1) of them.
 struct EnvironmentInfo {

@@ -31,7 +31,7 @@ ExitCode runVersion(const Options& options, Report& report) {
             if (d.usable)
                 out << "  subgroups of " << d.subgroupSize << ", 64-bit atomics: " << (d.int64Atomics ? "yes" : "no")
                     << ", float64: " << (d.float64 ? "yes" : "no") << ", storage buffers up to " << (d.maxStorageBufferRange >> 20)
-                    << " MiB, " << (d.needsPortable ? "portable" : "full") << " kernels\n";
+                    << " MiB, " << (d.variant == KernelVariant::Portable ? "portable" : d.variant == KernelVariant::Cpu ? "CPU" : "full") << " kernels\n";
             else
                 out << "  not usable: " << d.missing << '\n';
         }

@@ -21,6 +21,7 @@ FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const Pass
     pass.layers = layers;
     pass.maxDepth = config_.maxDepth;
     pass.threads = device_.driverThreads();
+    pass.bvhDepth = scene_.bvhDepth();
     pass.oneSign = s.sign != 0 && mode != kModeRender && mode != kModeDifference;
     if (!guide_)
         return pass;

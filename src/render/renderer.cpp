@@ -478,7 +478,7 @@ std::vector<KernelSize> Renderer::allocate(std::initializer_list<Mode> modes) {
         impl_->kernels.allocate(pass);
         for (const KernelChoice& k : chooseKernels(impl_->features, pass)) {
             const SpirvSize size = spirvSize(impl_->device, k.name, k.constants);
-            sizes.push_back({m, std::string(k.name) + (k.step == Step::TraceCamera ? ", camera" : ""), size.module, size.specialised});
+            sizes.push_back({m, std::string(k.name), size.module, size.specialised});
         }
     }
     return sizes;

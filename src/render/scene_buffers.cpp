@@ -27,13 +27,6 @@ std::uint32_t texelsOf(const Parameter& p) {
     return std::uint32_t(p.channels == 1 ? (n + 3) / 4 : n);
 }
 
-// In double: of a needle's nearly parallel edges float leaves no more than a hint of the direction, and of very small ones nothing.
-glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2) {
-    const glm::dvec3 across = glm::cross(v1 - v0, v2 - v0);
-    const double length = glm::length(across);
-    return length > 0 ? glm::vec3(across / length) : glm::vec3(0, 0, 1);
-}
-
 } // namespace
 
 bool SceneBuffers::isDifferentiable(std::uint32_t parameter) const {
@@ -268,6 +261,9 @@ void SceneBuffers::uploadLights() {
     LightDistribution d;
     if (features_.lightSampling())
         d = buildLights(scene_, bvh_, differentiable_);
+    for (gpu::GpuLight& light : d.lights)
+        if (light.kind == gpu::kLightTriangle)
+            light.kind |= materialPlace_[scene_.geometry.triangles[bvh_.order[light.triangle]].material] << gpu::kLightKindBits;
     // A parameter update can add or remove lights only when its scene has emitters in the first place; sizes are upper bounds.
     const auto put = [&](Buffer& buffer, const char* name, const auto& v, Texel texel) {
         const std::uint64_t bytes = v.size() * sizeof(v[0]);

@@ -64,6 +64,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
 
     const std::uint64_t n = capacity;
     const auto transient = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient); };
+    const auto queue = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::Rgba32ui); };
     batch = transient("batch", sizeof(gpu::Batch));
     pixelOffsets = transient("pixel offsets", (n + 1) * sizeof(std::uint32_t));
     paths = transient("paths", n * sizeof(glm::uvec2));
@@ -71,15 +72,15 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     statistics = transient("statistics", gpu::kStatisticsCount * sizeof(std::uint32_t));
     counts = transient("queue counts", (depth + 1) * sizeof(gpu::QueueCounts));
     for (Buffer& r : rays)
-        r = transient("rays", n * sizeof(gpu::Ray));
-    hits = transient("hits", n * sizeof(gpu::Hit));
+        r = queue("rays", n * sizeof(gpu::Ray));
+    hits = queue("hits", n * sizeof(gpu::Hit));
     if (features.lightSampling())
-        shadowRays = transient("shadow rays", n * sizeof(gpu::ShadowRay));
+        shadowRays = queue("shadow rays", n * sizeof(gpu::ShadowRay));
     if (needs.prefixes())
         for (Buffer& p : prefixes)
-            p = transient("prefixes", n * sizeof(gpu::Prefix));
+            p = queue("prefixes", n * sizeof(gpu::Prefix));
     if (needs.roulette)
-        copies = transient("copies", n * sizeof(gpu::Copy));
+        copies = queue("copies", n * sizeof(gpu::Copy));
     if (needs.measure)
         pathMoments = transient("path moments", n * sizeof(gpu::PathMoment));
     if (needs.layers) {
@@ -118,10 +119,8 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
 std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const FeatureSet::Pass& pass) {
     const auto table = features.constants(pass);
     const std::vector<std::uint32_t> constants(table.begin(), table.end());
-    const auto trace = [&](bool refill) {
-        const auto t = features.traceConstants(pass.threads, refill);
-        return std::vector<std::uint32_t>(t.begin(), t.end());
-    };
+    const auto traceTable = features.traceConstants(pass.threads, pass.bvhDepth);
+    const std::vector<std::uint32_t> traceConstants(traceTable.begin(), traceTable.end());
     const bool scatters = pass.maxDepth > 1;
     std::vector<KernelChoice> choice;
     const auto add = [&](bool needed, Step step, const char* name, const std::vector<std::uint32_t>& with) {
@@ -129,14 +128,12 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
             choice.push_back({step, name, with});
     };
     add(true, Step::Generate, "generate_rays", constants);
-    // Camera rays stay together; later ones end at different times, and lanes that are done take new rays.
-    add(true, Step::TraceCamera, "trace_closest", trace(false));
+    add(true, Step::Trace, "trace_closest", traceConstants);
     add(pass.roulette, Step::Split, "split_paths", constants);
     add(pass.roulette, Step::PrepareVertices, "prepare_vertices", {});
     add(true, Step::Shade, "shade_vertex", constants);
     add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
-    add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", trace(true));
-    add(scatters, Step::Trace, "trace_closest", trace(true));
+    add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);
     add(true, Step::Scan, "scan_tape", constants);
     add(pass.measure, Step::GatherMoments, "gather_moments", constants);
     add(true, Step::GatherFilm, "gather_film", constants);
@@ -206,7 +203,7 @@ void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pool
     commands.barrier();
     for (std::uint32_t b = 0; b < depth; ++b) {
         const gpu::BouncePush push{b, n};
-        commands.dispatchIndirect(kernel(b == 0 ? Step::TraceCamera : Step::Trace), atBounce[b], pools.counts, rayGroups(b), push);
+        commands.dispatchIndirect(kernel(Step::Trace), atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
         if (pass_.roulette) {
             commands.dispatchIndirect(kernel(Step::Split), atBounce[b], pools.counts, arrivalGroups(b), push);

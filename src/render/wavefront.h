@@ -44,7 +44,7 @@ struct Pools {
 };
 
 // The kernels of a pass.
-enum class Step { Generate, TraceCamera, Split, PrepareVertices, Shade, PrepareDispatch, TraceShadow, Trace, Scan, GatherMoments, GatherFilm };
+enum class Step { Generate, Trace, Split, PrepareVertices, Shade, PrepareDispatch, TraceShadow, Scan, GatherMoments, GatherFilm };
 struct KernelChoice {
     Step step;
     const char* name;

@@ -77,6 +77,7 @@ struct Analysis {
         f.texturedSlots = kEverySlot;
         f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
         f.emission = f.environment = true;
+        f.fewLights = 0;
         f.triangleLights = f.punctualLights = f.environmentLight = lightSampling;
         f.differentiated = kEverySlot | 1u << std::uint32_t(SlotKind::Radiance);
         f.guiding = f.roulette = true;
@@ -105,6 +106,10 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
     const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
     a.f.punctualLights = request.lightSampling && shining > 0;
     a.f.lightCandidates = a.f.environmentLight ? kEnvironmentCandidates : a.f.triangleLights || shining > 1 ? kLightCandidates : 1;
+    std::size_t lights = std::size_t(shining) + a.f.environmentLight;
+    for (const Triangle& t : scene.geometry.triangles)
+        lights += a.matters(scene.materials[t.material].parameters[std::size_t(SlotKind::Emission)]);
+    a.f.fewLights = lights <= 2 ? 2 : lights <= 4 ? 4 : 0;
     a.f.guiding = request.guiding;
     a.f.roulette = request.guiding && !request.differentiable.empty();
     if (request.everything)
@@ -140,13 +145,17 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureMeasure] = pass.measure;
     c[gpu::kFeatureSigned] = pass.oneSign;
     c[gpu::kFeatureLightCandidates] = lightCandidates;
+    c[gpu::kFeatureFewLights] = fewLights;
     return c;
 }
 
-std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, bool refill) const {
+std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const {
     std::array<std::uint32_t, gpu::kTraceCount> c{};
     c[gpu::kTraceThreads] = threads;
-    c[gpu::kTraceRefill] = refill;
+    // On the way to a leaf every box node but the last puts one group aside at most.
+    for (const std::uint32_t registers : {12u, 8u, 4u})
+        if (bvhDepth <= registers + 1)
+            c[gpu::kTraceStack] = registers;
     c[gpu::kTraceAlphaMask] = alphaMask;
     c[gpu::kTraceAttributeTexels] = attributeTexels();
     c[gpu::kTraceTexcoord1] = texcoord1;

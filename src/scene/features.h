@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "shared/bvh_node.h"
 #include "shared/features.h"
 
 namespace cmpg {
@@ -22,6 +23,7 @@ struct FeatureSet {
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled
     std::uint32_t lightCandidates = 1;                                             // per light sample; the scene decides, whatever else is on
+    std::uint32_t fewLights = 0;      // 2, 4: no more lights than that, whatever parameters become; 0: any number
     std::uint32_t differentiated = 0; // bit per SlotKind
     bool guiding = false, roulette = false; // some pass may use them
     bool everything = false;                // every pass does
@@ -39,11 +41,11 @@ struct FeatureSet {
         std::uint32_t mode = gpu::kModeRender;
         bool sobol = true, frozen = false, layers = false;
         bool guided = false, record = false, roulette = false, measure = false, oneSign = false;
-        std::uint32_t maxDepth = 8, threads = 1;
+        std::uint32_t maxDepth = 8, threads = 1, bvhDepth = gpu::kMaxBvhDepth;
         auto operator<=>(const Pass&) const = default;
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
-    std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, bool refill) const;
+    std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
     // Name and what is on, of every feature.
     std::vector<std::pair<std::string, std::string>> describe() const;
 };

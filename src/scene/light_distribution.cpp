@@ -86,6 +86,12 @@ double environmentTables(const Parameter& p, std::vector<float>& cdf) {
 
 } // namespace
 
+glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2) {
+    const glm::dvec3 across = glm::cross(v1 - v0, v2 - v0);
+    const double length = glm::length(across);
+    return length > 0 ? glm::vec3(across / length) : glm::vec3(0, 0, 1);
+}
+
 LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vector<std::uint32_t>& differentiable) {
     LightDistribution result;
     std::vector<double> powers;
@@ -109,10 +115,14 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         gpu::GpuLight light{};
         light.kind = gpu::kLightTriangle;
         light.triangle = i;
-        const glm::dvec3 corner = g.positions[t.vertices[0]];
-        light.position = glm::vec3(corner);
-        light.direction = glm::vec3(glm::dvec3(g.positions[t.vertices[1]]) - corner);
-        light.intensity = glm::vec3(glm::dvec3(g.positions[t.vertices[2]]) - corner);
+        const glm::vec3 v0 = g.positions[t.vertices[0]], v1 = g.positions[t.vertices[1]], v2 = g.positions[t.vertices[2]];
+        const glm::vec3 normal = faceNormal(v0, v1, v2);
+        light.position = v0;
+        light.direction = v1 - v0;
+        light.intensity = v2 - v0;
+        light.range = normal.x;
+        light.innerCos = normal.y;
+        light.outerCos = normal.z;
         const double a = area(g, t);
         emissive.emplace_back(std::uint32_t(result.lights.size()), a);
         result.lights.push_back(light);
@@ -180,8 +190,10 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
     }
     if (!emissive.empty()) {
         result.triangleDensity.assign(bvh.order.size(), 0.0f);
-        for (const auto& [entry, a] : emissive)
-            result.triangleDensity[result.lights[entry].triangle] = float(double(result.lights[entry].probability) / a);
+        for (const auto& [entry, a] : emissive) {
+            float& probability = result.lights[entry].probability;
+            probability = result.triangleDensity[result.lights[entry].triangle] = float(double(probability) / a);
+        }
     }
     return result;
 }

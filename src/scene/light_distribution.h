@@ -13,6 +13,10 @@ struct LightDistribution {
     float environmentProbability = 0;     // of selecting the environment
 };
 
+// The unit normal of a triangle as kernels have it; towards the side that sees the corners counter-clockwise. In double: of a needle's nearly
+// parallel edges float leaves no more than a hint of the direction, and of very small ones nothing.
+glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2);
+
 // Selection probability follows the emitted power (environment: over a disc of the scene's radius); an emitter whose radiance is
 // differentiated is never left out. Texture-mapped emission counts with the mean over its texture.
 LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vector<std::uint32_t>& differentiable);

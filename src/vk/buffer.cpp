@@ -33,6 +33,10 @@ vk::Format texelFormat(Texel texel) {
     return vk::Format::eUndefined;
 }
 
+vk::BufferUsageFlags texelUsage(KernelVariant variant) {
+    return variant == KernelVariant::Cpu ? vk::BufferUsageFlagBits::eStorageTexelBuffer : vk::BufferUsageFlagBits::eUniformTexelBuffer;
+}
+
 std::uint64_t texelBytes(Texel texel) { return texel == Texel::R32f || texel == Texel::R32ui ? 4 : 16; }
 
 std::uint64_t paddedTexelBytes(std::uint64_t bytes) {
@@ -49,9 +53,9 @@ Buffer::Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind
     impl->kind = kind;
     impl->texel = texel;
     using Usage = vk::BufferUsageFlagBits;
-    vk::BufferUsageFlags usage = Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferSrc | Usage::eTransferDst;
+    vk::BufferUsageFlags usage = Usage::eStorageBuffer | Usage::eUniformBuffer | Usage::eIndirectBuffer | Usage::eTransferSrc | Usage::eTransferDst;
     if (texel != Texel::None)
-        usage |= Usage::eUniformTexelBuffer;
+        usage |= texelUsage(device.variant());
     const std::uint64_t created = texel == Texel::None ? impl->bytes : paddedTexelBytes(impl->bytes);
     impl->raw = device.impl().allocate(impl->name, created, usage, Device::Impl::Place::Device);
     impl->device = &device.impl(); // from here on the destructor takes it off the accounts again

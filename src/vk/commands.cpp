@@ -90,7 +90,10 @@ vk::DescriptorSet Commands::Impl::allocateSet(vk::DescriptorSetLayout layout) {
             }
         }
         const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, kSetsPerPool * 16),
-                               vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, kSetsPerPool * 8)};
+                               vk::DescriptorPoolSize(vk::DescriptorType::eUniformBuffer, kSetsPerPool * 3),
+                               vk::DescriptorPoolSize(device.variant == KernelVariant::Cpu ? vk::DescriptorType::eStorageTexelBuffer
+                                                                                           : vk::DescriptorType::eUniformTexelBuffer,
+                                                      kSetsPerPool * 8)};
         setPools.push_back(device.device.createDescriptorPool({{}, kSetsPerPool, sizes}));
     }
 }
@@ -103,12 +106,13 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
     std::vector<vk::WriteDescriptorSet> writes;
     for (std::size_t i = 0; i < declared.size(); ++i) {
         const auto [number, resource] = declared[i];
-        const bool texel = resource != KernelInterface::Resource::Storage;
-        const bool texelFloat = resource == KernelInterface::Resource::TexelFloat;
+        const bool uniform = resource == KernelInterface::Resource::Uniform;
+        const bool texel = resource != KernelInterface::Resource::Storage && !uniform;
+        const bool texelFloat = resource == KernelInterface::Resource::TexelFloat || resource == KernelInterface::Resource::StorageTexelFloat;
         const Bindings::Range& range = bindings.at(number);
         Buffer::Impl* const buffer = range.buffer ? range.buffer->impl() : nullptr;
         if (!buffer) {
-            ranges[i] = vk::DescriptorBufferInfo(*device.dummy.buffer, 0, 16);
+            ranges[i] = vk::DescriptorBufferInfo(*device.dummy.buffer, 0, VK_WHOLE_SIZE);
             views[i] = texelFloat ? *device.dummyFloat : *device.dummyUint;
         } else {
             if (range.offset % 256 != 0 || range.offset >= buffer->bytes || range.bytes > buffer->bytes - range.offset)
@@ -120,7 +124,7 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
                 if (buffer->texel == Texel::None || isFloat != texelFloat)
                     throw std::logic_error("kernel '" + kernel.name + "' reads '" + buffer->name + "' as texels of another format");
                 views[i] = buffer->view(range.offset, bytes);
-            } else if (bytes > device.info.maxStorageBufferRange) {
+            } else if (bytes > (uniform ? device.limits.maxUniformBufferRange : device.info.maxStorageBufferRange)) {
                 throw Error(ExitCode::Device,
                             "'" + buffer->name + "' has " + std::to_string(bytes) + " bytes, but '" + device.info.name +
                                 "' binds at most " + std::to_string(device.info.maxStorageBufferRange) + " at once",
@@ -130,7 +134,7 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
             }
         }
         vk::WriteDescriptorSet& write = writes.emplace_back(set, number, 0, 1);
-        write.descriptorType = texel ? vk::DescriptorType::eUniformTexelBuffer : vk::DescriptorType::eStorageBuffer;
+        write.descriptorType = descriptorType(resource);
         write.pBufferInfo = &ranges[i];
         write.pTexelBufferView = &views[i];
     }

@@ -109,7 +109,10 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
     queueFamily = *computeQueueFamily(physical);
     const std::uint32_t timestampBits = physical.getQueueFamilyProperties()[queueFamily].timestampValidBits;
     timestampMask = timestampBits == 0 ? 0 : ~std::uint64_t(0) >> (64 - timestampBits);
-    portable = options.portable || environmentFlag("CMPG_PORTABLE") || info.needsPortable;
+    variant = options.portable || environmentFlag("CMPG_PORTABLE") ? KernelVariant::Portable : info.variant;
+    // CMPG_TEXELS=uniform has a CPU read as a GPU does.
+    if (const char* texels = std::getenv("CMPG_TEXELS"); variant == KernelVariant::Cpu && texels && std::string_view(texels) == "uniform")
+        variant = KernelVariant::Full;
     driverThreads = isLavapipe(physical) ? lavapipeThreads() : 1;
     // CMPG_STAGING=1 makes transfers go the way they go on a discrete device.
     hostMemory = (info.type == "cpu" || info.type == "integrated") && !environmentFlag("CMPG_STAGING");
@@ -122,8 +125,7 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
         fence = device.createFence({});
     });
     dummy = allocate("dummy", paddedTexelBytes(16),
-                     vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformTexelBuffer |
-                         vk::BufferUsageFlagBits::eTransferDst,
+                     vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformBuffer | texelUsage(variant) | vk::BufferUsageFlagBits::eTransferDst,
                      Place::Device);
     dummyFloat = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32f), 0, VK_WHOLE_SIZE});
     dummyUint = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32ui), 0, VK_WHOLE_SIZE});
@@ -219,7 +221,8 @@ Device::~Device() = default;
 Device::Device(Device&&) noexcept = default;
 
 const DeviceInfo& Device::info() const { return impl_->info; }
-bool Device::portable() const { return impl_->portable; }
+KernelVariant Device::variant() const { return impl_->variant; }
+bool Device::portable() const { return impl_->variant == KernelVariant::Portable; }
 std::uint32_t Device::driverThreads() const { return impl_->driverThreads; }
 const MemoryUse& Device::memory() const { return impl_->memory; }
 const std::map<std::string, KernelTime>& Device::kernelTimes() const { return impl_->kernelTimes; }

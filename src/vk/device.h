@@ -14,9 +14,12 @@
 
 namespace cmpg {
 
-// Storage buffers that a kernel binds at most, in its full and in its portable variant: what a device must allow. Texel buffers, 13 at most,
-// are within what every device allows.
-constexpr std::uint32_t kStorageBuffers = 22, kStorageBuffersPortable = 30;
+// Storage buffers that a kernel binds at most, in its full and in its portable variant: what a device must allow. Texel buffers of the full
+// variant, 13 at most, are within what every device allows; the variant for CPUs binds some of these as storage texel buffers, and queues too.
+constexpr std::uint32_t kStorageBuffers = 19, kStorageBuffersPortable = 27, kStorageTexelBuffers = 20;
+
+// How kernels read their tables, and with what they sum: see cmake/Shaders.cmake.
+enum class KernelVariant { Full, Cpu, Portable };
 
 struct DeviceInfo {
     std::string name;   // as the driver reports it
@@ -25,7 +28,7 @@ struct DeviceInfo {
     bool usable = true;
     std::string missing; // why it is not usable: the required features it lacks
     bool int64Atomics = false, float64 = false;
-    bool needsPortable = false; // lacks what the full variants of the kernels take
+    KernelVariant variant = KernelVariant::Full; // of the kernels; Portable where it lacks what the others take
     std::uint32_t subgroupSize = 0;
     std::uint64_t maxStorageBufferRange = 0;  // bytes
     std::uint64_t maxTexelBufferElements = 0; // elements
@@ -64,6 +67,7 @@ class Device {
     Device(Device&&) noexcept;
 
     const DeviceInfo& info() const;
+    KernelVariant variant() const;
     bool portable() const;             // kernels read through storage buffers, no 64-bit atomics
     std::uint32_t driverThreads() const; // lavapipe: number of worker threads (static work split); 1 on GPUs
     const MemoryUse& memory() const;

@@ -48,7 +48,7 @@ struct Device::Impl {
     std::uint32_t queueFamily = 0;
     std::uint64_t timestampMask = 0; // 0: the queue has no timestamps
     std::uint32_t driverThreads = 1;
-    bool portable = false;
+    KernelVariant variant = KernelVariant::Full;
     bool hostMemory = false; // buffers are mapped: device and host share memory
 
     vk::raii::Device device{nullptr};
@@ -101,6 +101,8 @@ struct Buffer::Impl {
 };
 
 vk::Format texelFormat(Texel texel);
+vk::BufferUsageFlags texelUsage(KernelVariant variant);
+vk::DescriptorType descriptorType(KernelInterface::Resource resource);
 std::uint64_t texelBytes(Texel texel);
 // Bytes to create a texel buffer with. lavapipe compiles a kernel anew when a texel buffer's size is a power of two, or when bits
 // 8 to 15 of the view's size are all zero and were not before; sizes padded by this are always alike.

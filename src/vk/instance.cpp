@@ -2,8 +2,10 @@
 #include "vk/instance.h"
 
 #include "base/log.h"
+#include "vk/impl.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -179,6 +181,14 @@ std::optional<std::uint32_t> computeQueueFamily(const vk::raii::PhysicalDevice& 
     return std::nullopt;
 }
 
+bool readsStorageTexels(const vk::raii::PhysicalDevice& device) {
+    if (device.getProperties().limits.maxPerStageDescriptorStorageImages < kStorageTexelBuffers)
+        return false;
+    return std::ranges::all_of(std::array{Texel::Rgba32f, Texel::Rgba32ui, Texel::R32f, Texel::R32ui}, [&](Texel texel) {
+        return bool(device.getFormatProperties(texelFormat(texel)).bufferFeatures & vk::FormatFeatureFlagBits::eStorageTexelBuffer);
+    });
+}
+
 bool isLavapipe(const vk::raii::PhysicalDevice& device) {
     const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
     return chain.get<vk::PhysicalDeviceDriverProperties>().driverID == vk::DriverId::eMesaLlvmpipe;
@@ -225,8 +235,11 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
                     (v11.subgroupSupportedOperations & subgroup) == subgroup,
                 "subgroup ballot and arithmetic in compute");
     }
-    info.needsPortable = !info.int64Atomics || info.maxTexelBufferElements < kMinTexelElements;
-    const std::uint32_t buffers = info.needsPortable ? kStorageBuffersPortable : kStorageBuffers;
+    if (!info.int64Atomics || info.maxTexelBufferElements < kMinTexelElements)
+        info.variant = KernelVariant::Portable;
+    else if (info.type == "cpu" && readsStorageTexels(device))
+        info.variant = KernelVariant::Cpu;
+    const std::uint32_t buffers = info.variant == KernelVariant::Portable ? kStorageBuffersPortable : kStorageBuffers;
     require(basic.limits.maxPerStageDescriptorStorageBuffers >= buffers,
             std::to_string(buffers) + " storage buffers in a kernel (it has " + std::to_string(basic.limits.maxPerStageDescriptorStorageBuffers) + ")");
     info.missing = missing.str();

@@ -49,6 +49,8 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
 
 DeviceInfo describe(const vk::raii::PhysicalDevice& device);
 std::optional<std::uint32_t> computeQueueFamily(const vk::raii::PhysicalDevice& device);
+// Whether kernels can read all their tables through storage texel buffers: the formats have the feature, and enough can be bound.
+bool readsStorageTexels(const vk::raii::PhysicalDevice& device);
 bool isLavapipe(const vk::raii::PhysicalDevice& device);
 
 // Whether an environment variable is set to something other than "" and "0".

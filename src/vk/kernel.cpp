@@ -31,19 +31,18 @@ void requireCapabilities(const Device::Impl& device, const std::string& name, co
     limit(std::uint64_t(x) * y * z, device.limits.maxComputeWorkGroupInvocations, "invocations in a workgroup");
     limit(interface.pushBytes, device.limits.maxPushConstantsSize, "bytes of push constants");
     // lavapipe does not check: with more than it allows, buffers take each other's place.
-    const auto storage = std::size_t(std::count_if(interface.bindings.begin(), interface.bindings.end(),
-                                                   [](const auto& b) { return b.resource == KernelInterface::Resource::Storage; }));
-    limit(storage, device.limits.maxPerStageDescriptorStorageBuffers, "storage buffers");
-    limit(interface.bindings.size() - storage, device.limits.maxPerStageDescriptorSampledImages, "texel buffers");
+    const auto count = [&](vk::DescriptorType type) {
+        return std::count_if(interface.bindings.begin(), interface.bindings.end(), [&](const auto& b) { return descriptorType(b.resource) == type; });
+    };
+    limit(std::uint64_t(count(vk::DescriptorType::eStorageBuffer)), device.limits.maxPerStageDescriptorStorageBuffers, "storage buffers");
+    limit(std::uint64_t(count(vk::DescriptorType::eUniformTexelBuffer)), device.limits.maxPerStageDescriptorSampledImages, "texel buffers");
+    limit(std::uint64_t(count(vk::DescriptorType::eStorageTexelBuffer)), device.limits.maxPerStageDescriptorStorageImages, "storage texel buffers");
 }
 
 vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {
     std::vector<vk::DescriptorSetLayoutBinding> bindings;
     for (const auto& [number, resource] : interface.bindings)
-        bindings.emplace_back(number,
-                              resource == KernelInterface::Resource::Storage ? vk::DescriptorType::eStorageBuffer
-                                                                             : vk::DescriptorType::eUniformTexelBuffer,
-                              1, vk::ShaderStageFlagBits::eCompute);
+        bindings.emplace_back(number, descriptorType(resource), 1, vk::ShaderStageFlagBits::eCompute);
     return device.createDescriptorSetLayout({{}, bindings});
 }
 
@@ -69,7 +68,7 @@ std::shared_ptr<Kernel::Impl> makeKernel(Device::Impl& owner, std::string_view n
     if (std::shared_ptr<Kernel::Impl> known = owner.kernels.find(key))
         return known;
     const EmbeddedKernel& embedded = findKernel(name);
-    const std::span<const std::uint32_t> spirv = owner.portable ? embedded.portable : embedded.full;
+    const std::span<const std::uint32_t> spirv = embedded.variant(owner.variant);
     auto made = std::make_shared<Kernel::Impl>();
     made->device = &owner;
     made->name = embedded.name;
@@ -84,6 +83,19 @@ std::shared_ptr<Kernel::Impl> makeKernel(Device::Impl& owner, std::string_view n
 }
 
 } // namespace
+
+vk::DescriptorType descriptorType(KernelInterface::Resource resource) {
+    using Resource = KernelInterface::Resource;
+    switch (resource) {
+    case Resource::Storage: break;
+    case Resource::Uniform: return vk::DescriptorType::eUniformBuffer;
+    case Resource::TexelFloat:
+    case Resource::TexelUint: return vk::DescriptorType::eUniformTexelBuffer;
+    case Resource::StorageTexelFloat:
+    case Resource::StorageTexelUint: return vk::DescriptorType::eStorageTexelBuffer;
+    }
+    return vk::DescriptorType::eStorageBuffer;
+}
 
 std::shared_ptr<Kernel::Impl> KernelStore::find(const Key& key) {
     const std::lock_guard lock(mutex_);

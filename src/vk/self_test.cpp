@@ -145,7 +145,7 @@ void selfTest(Device& device) {
     Device::Impl& impl = device.impl();
     static std::mutex mutex;
     static std::set<std::string> passed; // what a driver does does not change within a process
-    const std::string key = impl.info.name + '\n' + impl.info.driver + (impl.portable ? "\nportable" : "\nfull");
+    const std::string key = impl.info.name + '\n' + impl.info.driver + '\n' + std::to_string(int(impl.variant));
     const std::lock_guard lock(mutex);
     if (!impl.fault.wrongResults && passed.contains(key))
         return;

@@ -1,5 +1,7 @@
-// The kernels compiled into the program: SPIR-V by name, in two variants.
+// The kernels compiled into the program: SPIR-V by name, in three variants.
 #pragma once
+
+#include "vk/device.h"
 
 #include <cstdint>
 #include <span>
@@ -9,7 +11,9 @@ namespace cmpg {
 
 struct EmbeddedKernel {
     std::string_view name;
-    std::span<const std::uint32_t> full, portable; // see cmake/Shaders.cmake
+    std::span<const std::uint32_t> full, cpu, portable; // see cmake/Shaders.cmake
+
+    std::span<const std::uint32_t> variant(KernelVariant v) const { return v == KernelVariant::Full ? full : v == KernelVariant::Cpu ? cpu : portable; }
 };
 
 // Throws std::logic_error when there is no kernel of that name.

@@ -38,6 +38,7 @@ enum Decoration : std::uint32_t {
     DecorationArrayStride = 6,
     DecorationMatrixStride = 7,
     DecorationBuiltIn = 11,
+    DecorationNonWritable = 24,
     DecorationBinding = 33,
     DecorationDescriptorSet = 34,
     DecorationOffset = 35,
@@ -186,15 +187,21 @@ void readVariable(const Instruction& variable, const Module& module, KernelInter
         result.bindings.push_back({*binding, KernelInterface::Resource::Storage});
         return;
     }
-    if (storageClass == ClassUniform)
-        fail("uniform blocks are not supported; use push constants or a storage buffer");
+    if (storageClass == ClassUniform) {
+        result.bindings.push_back({*binding, KernelInterface::Resource::Uniform});
+        return;
+    }
     if (module.definition(typeId).op == OpTypeSampledImage)
         typeId = module.definition(typeId).at(2);
     const Instruction& image = module.definition(typeId);
-    if (image.op != OpTypeImage || image.at(3) != kDimBuffer || image.at(7) != 1)
+    // The seventh operand: 1, read through a sampler; 2, a storage image, whose variable must say that nothing is written.
+    const std::uint32_t sampled = image.op == OpTypeImage && image.at(3) == kDimBuffer ? image.at(7) : 0;
+    if (sampled != 1 && !(sampled == 2 && module.decoration(variable.at(2), DecorationNonWritable)))
         fail("binding " + std::to_string(*binding) + " is neither a storage buffer nor a read-only texel buffer");
+    using Resource = KernelInterface::Resource;
     const bool isFloat = module.definition(image.at(2)).op == OpTypeFloat;
-    result.bindings.push_back({*binding, isFloat ? KernelInterface::Resource::TexelFloat : KernelInterface::Resource::TexelUint});
+    result.bindings.push_back({*binding, sampled == 1 ? (isFloat ? Resource::TexelFloat : Resource::TexelUint)
+                                                      : (isFloat ? Resource::StorageTexelFloat : Resource::StorageTexelUint)});
 }
 
 std::array<std::uint32_t, 3> readLocalSize(const Module& module) {

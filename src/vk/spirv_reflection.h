@@ -10,7 +10,7 @@
 namespace cmpg {
 
 struct KernelInterface {
-    enum class Resource { Storage, TexelFloat, TexelUint };
+    enum class Resource { Storage, Uniform, TexelFloat, TexelUint, StorageTexelFloat, StorageTexelUint };
     struct Binding {
         std::uint32_t number;
         Resource resource;

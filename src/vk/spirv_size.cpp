@@ -8,7 +8,7 @@ namespace cmpg {
 
 SpirvSize spirvSize(const Device& device, std::string_view name, std::span<const std::uint32_t> constants) {
     const EmbeddedKernel& kernel = findKernel(name);
-    const std::span<const std::uint32_t> spirv = device.portable() ? kernel.portable : kernel.full;
+    const std::span<const std::uint32_t> spirv = kernel.variant(device.variant());
     return {spirv.size_bytes(), specialize(spirv, constants).size() * sizeof(std::uint32_t)};
 }
 

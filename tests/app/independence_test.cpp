@@ -22,6 +22,7 @@ const Variation kVariations[] = {
     {"two threads", {"LP_NUM_THREADS=2"}, {}},
     {"eight threads", {"LP_NUM_THREADS=8"}, {}},
     {"portable kernels", {"CMPG_PORTABLE=1"}, {}}, // storage buffers instead of texel buffers, pairs of 32-bit additions for 64-bit ones
+    {"uniform texel buffers", {"CMPG_TEXELS=uniform"}, {}}, // as GPUs read; CPUs have storage texel buffers
     {"a small budget", {}, {"--memory", "16"}}, // hence small batches
     {"a middling budget", {}, {"--memory", "48"}},
     {"nothing", {}, {}},

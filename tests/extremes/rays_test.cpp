@@ -126,7 +126,7 @@ TEST(ExtremeRays, ScalesAndOffsets) {
             rays[i].direction = i % 2 ? random.direction() : glm::normalize(target - rays[i].origin);
         }
         const Bvh bvh = buildBvh(g);
-        const auto hits = Tracer(device(), bvh, true).closest(rays);
+        const auto hits = Tracer(device(), bvh, bvh.depth).closest(rays);
         const auto where = [&] { return place(double(at.scale), at.offset); };
         for (std::size_t i = 0; i < rays.size(); ++i) {
             lost.add(hits[i].t < 0 ? 1 : 0, where);
@@ -157,7 +157,7 @@ TEST(ExtremeRays, Slivers) {
             rays[i].origin = glm::vec3(target + double(scale) * away);
             rays[i].direction = glm::vec3(glm::normalize(target - glm::dvec3(rays[i].origin)));
         }
-        const auto hits = Tracer(device(), bvh, true).closest(rays);
+        const auto hits = Tracer(device(), bvh, bvh.depth).closest(rays);
         std::size_t met = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             double t = std::numeric_limits<double>::infinity(), margin = 0, closest = t;
@@ -197,7 +197,7 @@ TEST(ExtremeRays, CoplanarAndTouching) {
             r.origin = scale * random.inBox({-0.9f, -0.9f, 0.1f}, {0.9f, 0.9f, 0.9f});
             r.direction = random.direction();
         }
-        const auto hits = Tracer(device(), bvh, true).closest(rays);
+        const auto hits = Tracer(device(), bvh, bvh.depth).closest(rays);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const auto where = [&] { return place(double(scale), 0); };
             const glm::dvec3 o(rays[i].origin), d(rays[i].direction);

@@ -193,7 +193,7 @@ void compareRays(bool portable) {
     const Bvh bvh = buildBvh(b.scene.geometry);
     Bindings bindings;
     buffers.bind(bindings);
-    Tracer tracer(device, bvh, true, features, bindings);
+    Tracer tracer(device, bvh, bvh.depth, features, bindings);
 
     std::vector<gpu::Ray> rays(20'000);
     for (gpu::Ray& r : rays)

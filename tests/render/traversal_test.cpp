@@ -45,7 +45,8 @@ glm::vec3 hitPoint(const Geometry& g, const Bvh& bvh, const gpu::Hit& hit) {
 }
 
 struct Setup {
-    bool portable = false, refill = true;
+    bool portable = false;
+    std::uint32_t depth = 0; // at least, that the kernels are told of
     bool needles = false; // float barycentrics along a needle are as inexact as the needle is thin
 };
 
@@ -55,7 +56,7 @@ struct Setup {
 void compare(const Geometry& g, const std::vector<gpu::Ray>& rays, Setup setup = {}) {
     const Bvh bvh = buildBvh(g);
     const test::EmbreeScene embree(g, true);
-    test::Tracer tracer(device(setup.portable), bvh, setup.refill);
+    test::Tracer tracer(device(setup.portable), bvh, std::max(setup.depth, bvh.depth));
     const auto expected = embree.intersect(rays);
     const auto hits = tracer.closest(rays);
     EXPECT_EQ(tracer.unfinished(), 0u);
@@ -134,18 +135,20 @@ TEST(Traversal, FullMillionTriangles) {
 TEST(Traversal, Variants) {
     const Geometry g = generated::room(0.3f);
     const auto rays = randomRays(g, 200'000, 6);
-    compare(g, rays, {.portable = false, .refill = false});
-    compare(g, rays, {.portable = true, .refill = false});
-    compare(g, rays, {.portable = true, .refill = true});
+    for (const bool portable : {false, true}) {
+        compare(g, rays, {.portable = portable});
+        compare(g, rays, {.portable = portable, .depth = gpu::kMaxBvhDepth}); // the stack in an array
+    }
 }
 
 TEST(Traversal, FewTriangles) {
     Geometry g;
     const std::vector<gpu::Ray> rays{{{0.2f, 0.2f, 1}, 0, {0, 0, -1}, 0}, {{0.2f, 0.2f, 1}, 0, {0, 0, 1}, 0}};
-    EXPECT_LT(test::Tracer(device(false), buildBvh(g), true).closest(rays)[0].t, 0) << "an empty scene";
+    EXPECT_LT(test::Tracer(device(false), buildBvh(g), 1).closest(rays)[0].t, 0) << "an empty scene";
     generated::addTriangle(g, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
     for (int triangles = 1; triangles <= 9; ++triangles) {
-        test::Tracer tracer(device(false), buildBvh(g), true);
+        const Bvh bvh = buildBvh(g);
+        test::Tracer tracer(device(false), bvh, bvh.depth);
         const auto hits = tracer.closest(rays);
         EXPECT_EQ(hits[0].t, 1.f) << triangles << " triangles";
         EXPECT_LT(hits[1].t, 0.f) << triangles << " triangles";
@@ -166,13 +169,14 @@ TEST(Traversal, RaysDoNotSlipBetweenNeighbours) {
         rays[i].origin = origin;
         rays[i].direction = glm::normalize(glm::mix(a, b, i % 2 ? random.uniform() : 0.f) - origin);
     }
-    test::Tracer tracer(device(false), buildBvh(g), true);
+    const Bvh bvh = buildBvh(g);
+    test::Tracer tracer(device(false), bvh, bvh.depth);
     const auto hits = tracer.closest(rays);
     EXPECT_EQ(std::count_if(hits.begin(), hits.end(), [](const gpu::Hit& h) { return h.t < 0; }), 0);
 }
 
 // lavapipe stops all loops of a subgroup, silently, after 65 535 iterations. Rays along a soup of large overlapping triangles, aimed
-// at gaps so that nothing ends them early, take up to 30 000 iterations for the 32 rays that share a subgroup.
+// at gaps so that nothing ends them early, take thousands of iterations each, and four rays share an invocation.
 TEST(Traversal, LoopCapIsNotMet) {
     Geometry g = generated::soup(100'000, 0.3f, 9);
     // Flattened to many thin layers: a ray between two layers passes the boxes of very many triangles and hits few.
@@ -184,8 +188,7 @@ TEST(Traversal, LoopCapIsNotMet) {
         r.origin = {-0.5f, random.between(-1e-3f, 3e-3f), random.uniform()};
         r.direction = glm::normalize(glm::vec3(1, random.between(-1e-4f, 1e-4f), random.between(-0.2f, 0.2f)));
     }
-    compare(g, rays, {.refill = true});
-    compare(g, rays, {.refill = false});
+    compare(g, rays);
 }
 
 } // namespace

@@ -14,9 +14,10 @@ namespace cmpg::test {
 class Tracer {
   public:
     // `scene`: the tables of a scene whose features ask for them (alpha masks); they outlive the tracer.
-    Tracer(Device& device, const Bvh& bvh, bool refill, const FeatureSet& features = {}, const Bindings& scene = {})
-        : device_(device), scene_(scene), closest_(device, "trace_closest", features.traceConstants(device.driverThreads(), refill)),
-          shadow_(device, "trace_shadow", features.traceConstants(device.driverThreads(), refill)), records_(device, "bvh", bvh.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui),
+    // `depth`: what the kernels are told of the hierarchy's; a larger one is true as well.
+    Tracer(Device& device, const Bvh& bvh, std::uint32_t depth, const FeatureSet& features = {}, const Bindings& scene = {})
+        : device_(device), scene_(scene), closest_(device, "trace_closest", features.traceConstants(device.driverThreads(), depth)),
+          shadow_(device, "trace_shadow", features.traceConstants(device.driverThreads(), depth)), records_(device, "bvh", bvh.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui),
           counts_(device, "counts", sizeof(gpu::QueueCounts), MemoryKind::Transient) {
         records_.uploadAll(bvh.records);
         warmUp(device, std::array{&closest_, &shadow_});
@@ -35,7 +36,7 @@ class Tracer {
     template <class Result, class Input>
     std::vector<Result> trace(const Kernel& kernel, const std::vector<Input>& rays, std::uint32_t inputSlot, std::uint32_t resultSlot) {
         const std::uint32_t n = std::uint32_t(rays.size());
-        Buffer input(device_, "rays", n * sizeof(Input), MemoryKind::Transient);
+        Buffer input(device_, "rays", n * sizeof(Input), MemoryKind::Transient, Texel::Rgba32ui);
         Buffer result(device_, "results", n * sizeof(Result), MemoryKind::Transient);
         input.uploadAll(rays);
         gpu::QueueCounts counts{};

@@ -66,7 +66,7 @@ TEST(Reflection, RefusesWhatIsNoSpirv) {
     }
 }
 
-// Kernels of ours are portable by construction: every one declares what src/vk can bind, in both variants.
+// Kernels of ours are portable by construction: every one declares what src/vk can bind, in all variants.
 TEST(Reflection, EveryKernelOfTheLibrary) {
     const auto storageBuffers = [](const KernelInterface& kernel) {
         return std::uint32_t(std::count_if(kernel.bindings.begin(), kernel.bindings.end(), [](const auto& b) { return b.resource == Resource::Storage; }));
@@ -78,11 +78,18 @@ TEST(Reflection, EveryKernelOfTheLibrary) {
         EXPECT_LE(portable.pushBytes, 128u);
         EXPECT_FALSE(portable.int64 || portable.int64Atomics || portable.float64);
         for (const auto& binding : portable.bindings)
-            EXPECT_EQ(binding.resource, Resource::Storage) << "binding " << binding.number;
+            EXPECT_TRUE(binding.resource == Resource::Storage || binding.resource == Resource::Uniform) << "binding " << binding.number;
         const KernelInterface full = reflect(kernel.full);
         EXPECT_LE(full.pushBytes, 128u);
         EXPECT_FALSE(full.float64);
-        EXPECT_LE(full.bindings.size() - storageBuffers(full), 16u); // sampled images a stage: what Vulkan guarantees
+        const auto texelBuffers = [](const KernelInterface& k, Resource kind, Resource other) {
+            return std::count_if(k.bindings.begin(), k.bindings.end(), [&](const auto& b) { return b.resource == kind || b.resource == other; });
+        };
+        EXPECT_LE(texelBuffers(full, Resource::TexelFloat, Resource::TexelUint), 16); // sampled images a stage: what Vulkan guarantees
+        const KernelInterface cpu = reflect(kernel.cpu);
+        EXPECT_LE(texelBuffers(cpu, Resource::StorageTexelFloat, Resource::StorageTexelUint), kStorageTexelBuffers);
+        EXPECT_EQ(texelBuffers(cpu, Resource::TexelFloat, Resource::TexelUint), 0);
+        EXPECT_LE(storageBuffers(cpu), kStorageBuffers);
         most = std::max(most, storageBuffers(full));
         mostPortable = std::max(mostPortable, storageBuffers(portable));
     }
