@@ -14,6 +14,8 @@ sys.path += [str(root / "tests/reference"), str(root / "scenes")]
 
 def start_mitsuba(threads):
     """(drjit, mitsuba) in the variant llvm_ad_rgb, with our materials registered."""
+    if threads < 2:
+        sys.exit("Mitsuba's thread pool stands still with one thread: give it two, and one core by taskset")
     import drjit as dr
     import mitsuba as mi
     mi.set_variant("llvm_ad_rgb")  # before the modules that build on its types
