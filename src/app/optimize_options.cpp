@@ -51,6 +51,7 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.optimizer.schedule = options.schedule;
     config.optimizer.finalFactor = options.finalRate;
     config.totalVariation = double(options.totalVariation);
+    config.viewsPerStep = options.viewsPerStep;
     config.warmUp = options.warmUp;
     return config;
 }

@@ -5,6 +5,7 @@
 #include "base/stopwatch.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/regularizer.h"
+#include "optimize/view_order.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,8 +84,9 @@ StepReport Optimization::step() {
     images_.clear();
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
         model_.setSecondValues(parameters_[i], state_.imageValues[i]);
-    for (std::size_t view = 0; view < model_.views(); ++view)
-        addView(view, report);
+    const std::vector<std::size_t> views = viewsOfStep(config_.seed, state_.step, model_.views(), config_.viewsPerStep);
+    for (std::size_t place = 0; place < views.size(); ++place)
+        addView(views[place], place, views.size(), report);
     sumUp(report);
     model_.endStep();
     applyUpdate(report);
@@ -111,10 +113,10 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     return image;
 }
 
-void Optimization::addView(std::size_t view, StepReport& report) {
+void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {
     // Views draw numbers of their own: the same numbers in all would add their errors up.
-    const auto views = std::uint32_t(model_.views());
-    const auto step = std::uint32_t(state_.step * views + view);
+    const auto views = std::uint32_t(count);
+    const auto step = std::uint32_t(state_.step * views + place);
     const Target& target = config_.targets[view];
 
     RunningImage image;

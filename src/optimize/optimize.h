@@ -22,6 +22,7 @@ struct OptimizeConfig {
     Loss loss = Loss::Mse;
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
+    std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
@@ -30,7 +31,7 @@ struct OptimizeConfig {
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0
-    double loss = 0;            // mean over the views, before the update; without bias by noise where the loss is a squared one
+    double loss = 0;            // mean over the step's views, before the update; without bias by noise where the loss is a squared one
     double lossError = 0;       // its standard error by noise
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
@@ -68,7 +69,7 @@ class Optimization {
     // and its target do not fit. `start`: to go on from another run; its moments are those of `parameters`.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
-    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
+    // For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
@@ -96,12 +97,14 @@ class Optimization {
     const std::vector<std::vector<double>>& gradients() const { return gradients_; }
 
   private:
-    void addView(std::size_t view, StepReport& report);
+    // `place` of `count`: where in the step the view stands.
+    void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
     void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
-    bool carriesImages() const { return config_.sppDifference > 0; }
+    // A view that a step leaves out would have an image of values that nobody knows any more.
+    bool carriesImages() const { return config_.sppDifference > 0 && (config_.viewsPerStep == 0 || config_.viewsPerStep >= model_.views()); }
     RunningImage image(std::size_t view, std::uint32_t step);
 
     ImageModel& model_;
