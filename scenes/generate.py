@@ -104,6 +104,9 @@ def door_roughness():
         g.mesh("ball", Mesh().sphere((-0.42, top + 0.2, -1.42), 0.2, 32, 16), "ball")
     g = lit_through_door(furnish)
     g.camera("room", (-0.75, 1.75, 1.75), (0.28, 0.74, -1.2), 44)
+    # The table from two more sides; both see the door's leaf from where it hides the opening.
+    g.camera("left", (-1.8, 1.5, 0.3), (0.25, 0.66, -0.85), 50)
+    g.camera("right", (1.5, 1.75, 1.3), (0.15, 0.66, -0.95), 50)
     return g
 
 

@@ -46,7 +46,23 @@ Views loadViews(const Options& options, const Scene& scene, OptimizeConfig& conf
     return result;
 }
 
-void writeContactSheet(const Options& options, const Optimization& run, const RunFolder& folder, const Views& views, Report& report) {
+// Of each parameter, in the run's order.
+using Values = std::vector<std::vector<float>>;
+
+Values valuesOf(const Optimization& run) {
+    Values values;
+    for (const std::uint32_t p : run.parameters())
+        values.push_back(run.scene().parameters[p].values);
+    return values;
+}
+
+Image valuesImage(const Parameter& parameter, const std::vector<float>& values) {
+    Image image(int(parameter.width), int(parameter.height), int(parameter.channels));
+    image.values = values;
+    return image;
+}
+
+void writeContactSheet(const Options& options, const Optimization& run, const Values& start, const RunFolder& folder, const Views& views, Report& report) {
     ContactSheet sheet;
     char numbers[96] = "";
     if (!report.loss.empty())
@@ -58,11 +74,9 @@ void writeContactSheet(const Options& options, const Optimization& run, const Ru
         sheet.views.push_back({views.names[v], run.config().targets[v].image, folder.initialImages().at(v), folder.finalImages().at(v)});
     for (std::size_t p = 0; p < run.gradients().size(); ++p) {
         const Parameter& parameter = run.scene().parameters[run.parameters()[p]];
-        sheet.gradients.push_back({parameter.name, parameterImage(parameter, run.gradients()[p])});
+        sheet.parameters.push_back({parameter.name, parameter.kind, valuesImage(parameter, start[p]), valuesImage(parameter, parameter.values),
+                                    parameterImage(parameter, run.gradients()[p])});
     }
-    // Textures first: there may be more parameters than rows, and a constant's gradient is a single colour.
-    std::stable_sort(sheet.gradients.begin(), sheet.gradients.end(),
-                     [](const auto& a, const auto& b) { return a.gradient.pixels() > b.gradient.pixels(); });
     sheet.loss = report.loss;
     const std::filesystem::path picture = folder.path() / "contact_sheet.png", curve = folder.path() / "loss.svg";
     writePng(picture, sheet.compose());
@@ -118,10 +132,22 @@ void showStep(const Optimization& run, DisplayStream& display) {
     for (std::size_t i = 0; display.active() && i < run.parameters().size(); ++i) {
         const Parameter& parameter = run.scene().parameters[run.parameters()[i]];
         display.show("gradient." + parameter.name, parameterImage(parameter, run.gradients()[i]));
-        Image values(int(parameter.width), int(parameter.height), int(parameter.channels));
-        values.values = parameter.values;
-        display.show(parameter.name, values);
+        display.show(parameter.name, valuesImage(parameter, parameter.values));
     }
+}
+
+// Images at the start and at the end, both by what has been learned: so they differ by what the parameters changed, not by how they
+// were sampled. They come last, so that no time of a budget is theirs.
+void writePictures(Optimization& run, ImageModel& model, RunFolder& folder, const Values& start, std::uint32_t spp) {
+    const Values end = valuesOf(run);
+    const auto set = [&](const Values& values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            model.setParameter(run.parameters()[i], values[i]);
+    };
+    set(start);
+    folder.writeInitial(run, spp);
+    set(end);
+    folder.writeImages(run, spp);
 }
 
 // The gradients of one step go on until their error is small enough; what they take is not known in advance, so time ends whole steps.
@@ -146,28 +172,6 @@ ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& 
     return ExitCode::CheckFailed;
 }
 
-using Values = std::vector<std::vector<float>>; // of the optimised parameters
-
-Values valuesOf(const Optimization& run) {
-    Values values;
-    for (const std::uint32_t p : run.parameters())
-        values.push_back(run.scene().parameters[p].values);
-    return values;
-}
-
-// The first image once steps were made: with `first` in place of the parameters for as long as it takes.
-void writeInitialLate(RunFolder& folder, Optimization& run, ImageModel& model, Scene& scene, Values first, std::uint32_t spp) {
-    const auto exchange = [&] {
-        for (std::size_t i = 0; i < first.size(); ++i) {
-            std::swap(scene.parameters[run.parameters()[i]].values, first[i]);
-            model.setParameter(run.parameters()[i], scene.parameters[run.parameters()[i]].values);
-        }
-    };
-    exchange();
-    folder.writeInitial(run, spp);
-    exchange();
-}
-
 } // namespace
 
 ExitCode runOptimize(const Options& options, Report& report) {
@@ -179,7 +183,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Options effective = options;
     effective.maxDepth = options.effectiveDepth(session.scene.maxDepth);
     Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
-    session.prepare(views.views.front(), options.output, {Renderer::Mode::Render, Renderer::Mode::Reverse});
+    const Renderer::Mode image = carriesImages(config, views.views.size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
+    session.prepare(views.views.front(), options.output, {image, Renderer::Mode::Reverse});
     GuidedSession guided(options, report, session);
     guided.passes().setLearning(usesGuide(options));
     RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
@@ -187,8 +192,6 @@ ExitCode runOptimize(const Options& options, Report& report) {
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
-    std::function<void()> passesDone;
-    config.passesDone = [&] { passesDone(); };
     config.onImage = [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     };
@@ -197,24 +200,15 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();
     RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
-    constexpr std::uint32_t kPictureFactor = 4; // pictures to keep deserve more samples than those a step throws away
-    const std::uint32_t pictureSpp = options.effectiveSpp() * kPictureFactor;
-    // The parameters are as they were until the first update, and until then there are more urgent passes to draw than a picture. Where time
-    // is short, it is left for the steps.
-    passesDone = [&] {
-        if (folder.initialImages().empty() && !options.timeBudget)
-            folder.writeInitial(run, pictureSpp);
-    };
-    const Values first = options.timeBudget ? valuesOf(run) : Values();
+    folder.writeTargets(run);
+    const Values startValues = valuesOf(run);
     if (start) {
-        passesDone();
         resume(*start, run, shown);
         for (const StepRecord& step : start->state.history)
             addStep(report, step);
     }
-    guided.passes().prepareAhead({Renderer::Mode::Render, Renderer::Mode::Reverse});
-    folder.writeTargets(run);
-    guided.passes().prepareNext(Renderer::Mode::Render);
+    guided.passes().prepareAhead({image, Renderer::Mode::Reverse});
+    guided.passes().prepareNext(image);
     log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {
@@ -266,12 +260,12 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
-    if (folder.initialImages().empty())
-        writeInitialLate(folder, run, shown, session.scene, options.timeBudget ? first : valuesOf(run), pictureSpp);
-    folder.writeImages(run, pictureSpp);
+    constexpr std::uint32_t kPictureFactor = 4, kLeastPictureSpp = 64; // pictures to keep deserve more samples than those a step throws away
+    guided.passes().setLearning(false);
+    writePictures(run, shown, folder, startValues, std::max(kLeastPictureSpp, options.effectiveSpp() * kPictureFactor));
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
-    folder.attempt([&] { writeContactSheet(options, run, folder, views, report); });
+    folder.attempt([&] { writeContactSheet(options, run, startValues, folder, views, report); });
     folder.attempt([&] { guided.finish(); });
     session.finish();
     log.info(done ? "finished" : "interrupted", "results written", {{"failed_writes", double(failures.size())}});

@@ -14,16 +14,24 @@ namespace {
 constexpr std::uint32_t kImagePass = 7;   // random numbers of the images compared at the end
 constexpr std::uint32_t kImageSpp = 64;
 
+std::vector<View> viewsOf(const CompareSubject& subject) {
+    std::vector<View> views{subject.view};
+    views.insert(views.end(), subject.furtherViews.begin(), subject.furtherViews.end());
+    return views;
+}
+
 // One optimisation with a scene of its own.
 class Run {
   public:
     Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
         : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
-          passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, {subject.view}, subject.options.freeze.value_or(~0u)) {
-        renderer_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
-        passes_.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse}, method.learns());
+          passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, viewsOf(subject), subject.options.freeze.value_or(~0u)) {
+        const Renderer::Mode image = carriesImages(config, viewsOf(subject).size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
+        renderer_.prepare({image, Renderer::Mode::Reverse});
+        passes_.prepare({image, Renderer::Mode::Reverse}, method.learns());
         passes_.setLearning(method.learns());
         config.targets = {subject.target};
+        config.targets.insert(config.targets.end(), subject.furtherTargets.begin(), subject.furtherTargets.end());
         optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);
         curve_.push_back({0, 0, meanSquaredParameterError(values(), subject.truth)});
     }
@@ -41,11 +49,16 @@ class Run {
             result.push_back(scene_.parameters[p].values);
         return result;
     }
-    // Against the target, with the same random numbers for all methods.
+    // Against the targets, mean of the views, with the same random numbers for all methods.
     double imageError() {
         passes_.setLearning(false);
-        const Image image = passes_.render(subject_.view, kImageSpp, {.seed = subject_.seed(), .pass = kImagePass});
-        return evaluateLoss(Loss::Mse, image, subject_.target.image, subject_.target.mask).value;
+        double sum = 0;
+        for (std::size_t v = 0; v < model_.views(); ++v) {
+            const Image image = model_.render(v, kImageSpp, {.seed = subject_.seed(), .step = std::uint32_t(v), .pass = kImagePass});
+            const Target& target = optimization_->config().targets[v];
+            sum += evaluateLoss(Loss::Mse, image, target.image, target.mask).value;
+        }
+        return sum / double(model_.views());
     }
     double seconds() const { return seconds_; }
     std::uint32_t steps() const { return optimization_->state().step; }

@@ -129,7 +129,11 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& co
     const std::string result = headline(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
-    part.html += htmlFigures(plainFigures({{subject.target.image, "the target"}, {subject.picture, "the scene at the start"}}, true));
+    std::vector<CaptionedImage> pictures{{subject.target.image, subject.furtherTargets.empty() ? "the target" : "the first of the targets"}};
+    for (const Target& target : subject.furtherTargets)
+        pictures.push_back({target.image, "a further target"});
+    pictures.push_back({subject.picture, "the scene at the start"});
+    part.html += htmlFigures(plainFigures(pictures, true));
     part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + part.svg + "</div>\n" + htmlTable(tableOf(comparison)) +
                  recoveredFigures(subject, comparison) +
                  "<details><summary>How to read this</summary>\n<p>The right values are known, so the error is that of the recovered values "

@@ -49,6 +49,8 @@ CompareSubject::CompareSubject(const Options& o)
         throw Error(ExitCode::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
     if (has(CompareMode::Optimize) && o.target.empty())
         throw Error(ExitCode::Usage, "--mode optimize needs --target");
+    if (o.target.size() > 1 && (modes.size() > 1 || !has(CompareMode::Optimize)))
+        throw Error(ExitCode::Usage, "several --target go with --mode optimize alone", "", "give one target, or compare optimisations");
     if (modes.size() > 1 && o.reference != "auto")
         throw Error(ExitCode::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
 
@@ -76,6 +78,11 @@ CompareSubject::CompareSubject(const Options& o)
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
     view = viewOf(o, scene, camera, like, kDefaultWidth);
+    for (std::size_t i = 1; i < o.target.size(); ++i) {
+        CameraTarget further = loadCameraTarget(o, scene, o.target[i]);
+        furtherViews.push_back(viewOf(o, scene, further.camera, &further.target.image, kDefaultWidth));
+        furtherTargets.push_back(std::move(further.target));
+    }
 }
 
 bool CompareSubject::has(CompareMode mode) const { return std::find(modes.begin(), modes.end(), mode) != modes.end(); }

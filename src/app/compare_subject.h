@@ -31,6 +31,8 @@ struct CompareSubject {
     Image adjoint;                              // reverse: given, or made by beginComparison()
     bool steps = false;                         // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
     Target target;                              // empty without --target
+    std::vector<View> furtherViews;             // optimize: of the targets after the first
+    std::vector<Target> furtherTargets;         // of each of them
     Image picture;                              // of the scene as it is set, for the report
 
     bool has(CompareMode mode) const;

@@ -1,7 +1,8 @@
-// One picture that tells how an optimisation went: target, initial, recovered, signed gradient, loss curve.
+// One picture that tells how an optimisation went: its views, its parameters at start and end, and the loss.
 #pragma once
 
 #include "scene/image.h"
+#include "scene/scene.h"
 
 #include <string>
 #include <vector>
@@ -13,16 +14,19 @@ struct ContactSheet {
         std::string name;                 // of the camera; may be empty
         Image target, initial, recovered; // linear, 3 channels
     };
-    struct GradientPanel {
-        std::string name; // of the parameter
-        Image gradient;   // in the parameter's own shape
+    struct ParameterRow {
+        std::string name;
+        SlotKind kind = SlotKind::BaseColor;
+        Image start, end, gradient; // in the parameter's own shape; the gradient is that of the last step
     };
     std::string title;
-    std::vector<ViewRow> views;           // one row each
-    std::vector<GradientPanel> gradients; // shown beside the rows, as many as there is room for
+    std::vector<ViewRow> views;
+    std::vector<ParameterRow> parameters; // textures become pictures, constants numbers
     std::vector<double> loss;
+    std::vector<double> lossError; // standard error of each loss, drawn as a band; empty: not known
 
-    Image compose() const; // linear RGB, for writePng
+    // Linear RGB, for writePng. Six views, six textures and sixteen constants at most: all are in the output folder.
+    Image compose() const;
 };
 
 } // namespace cmpg

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace cmpg {
 namespace {
@@ -38,6 +39,14 @@ void linearTicks(CurveAxes& axes) {
     const double distance = tickDistance(axes.high - axes.low);
     for (auto i = std::llround(std::ceil(axes.low / distance - 1e-9)); double(i) * distance <= axes.high * (1 + 1e-9); ++i)
         axes.ticks.push_back(double(i) * distance);
+}
+
+// Ends of the band at a step, as heights on the axes; none where the value or its error is not known.
+std::optional<std::pair<double, double>> band(const CurveAxes& axes, std::span<const double> loss, std::span<const double> error, std::size_t i) {
+    if (i >= error.size() || !std::isfinite(loss[i]) || !(error[i] >= 0) || std::isinf(error[i]))
+        return std::nullopt;
+    const auto up = [&](double value) { return std::clamp(axes.up(value), 0.0, 1.0); };
+    return std::pair{up(loss[i] - error[i]), up(loss[i] + error[i])};
 }
 
 } // namespace
@@ -77,10 +86,16 @@ CurveAxes axesOf(std::span<const double> loss) {
     return axes;
 }
 
-void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss) {
+void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error) {
     const CurveAxes axes = axesOf(loss);
-    const Color grid = displayColor(225, 225, 225), ink = displayColor(60, 60, 60), blue = displayColor(0, 90, 170);
+    const Color grid = displayColor(225, 225, 225), ink = displayColor(60, 60, 60), blue = displayColor(0, 90, 170),
+                pale = displayColor(185, 210, 235);
     const int left = x + 48, right = x + width - 10, top = y + 8, bottom = y + height - 22;
+    for (int i = left; i <= right; ++i) { // column by column: the step nearest to each
+        const auto step = std::size_t(std::lround(axes.steps * (i - left) / (right - left)));
+        if (const auto ends = step < loss.size() ? band(axes, loss, error, step) : std::nullopt)
+            canvas.line(i, bottom - ends->first * (bottom - top), i, bottom - ends->second * (bottom - top), pale);
+    }
     for (const double tick : axes.ticks) {
         const int row = int(std::lround(bottom - axes.up(tick) * (bottom - top)));
         canvas.line(left, row, right, row, grid);
@@ -105,7 +120,7 @@ void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::spa
     }
 }
 
-std::string lossCurveSvg(std::span<const double> loss, const std::string& title) {
+std::string lossCurveSvg(std::span<const double> loss, const std::string& title, std::span<const double> error) {
     constexpr double kWidth = 640, kHeight = 360, kLeft = 70, kRight = 620, kTop = 36, kBottom = 315;
     const CurveAxes axes = axesOf(loss);
     const auto px = [&](double step) { return kLeft + axes.across(step) * (kRight - kLeft); };
@@ -129,6 +144,13 @@ std::string lossCurveSvg(std::span<const double> loss, const std::string& title)
     add("<text x=\"%g\" y=\"%g\">0</text>", kLeft, kBottom + 18);
     add("<text x=\"%g\" y=\"%g\" text-anchor=\"end\">%g</text>", kRight, kBottom + 18, axes.steps);
     add("<text x=\"%g\" y=\"%g\" text-anchor=\"middle\">step</text>\n", (kLeft + kRight) / 2, kBottom + 32);
+    // A band of vertical strokes: gaps in the values need no care.
+    const double stroke = std::max(1.0, (kRight - kLeft) / axes.steps);
+    svg += "<path stroke=\"#b9d2eb\" stroke-width=\"" + number(stroke) + "\" d=\"";
+    for (std::size_t i = 0; i < loss.size(); ++i)
+        if (const auto ends = band(axes, loss, error, i))
+            add("M%.2f %.2fV%.2f", px(double(i)), kBottom - ends->first * (kBottom - kTop), kBottom - ends->second * (kBottom - kTop));
+    svg += "\"/>\n";
     svg += "<path fill=\"none\" stroke=\"#005aaa\" stroke-width=\"1.5\" d=\"";
     bool drawing = false;
     for (std::size_t i = 0; i < loss.size(); ++i) {

@@ -20,7 +20,8 @@ struct CurveAxes {
 };
 CurveAxes axesOf(std::span<const double> loss);
 
-void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss);
-std::string lossCurveSvg(std::span<const double> loss, const std::string& title);
+// `error`: standard error of each value, drawn as a band of one above and below; empty: none is known.
+void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error = {});
+std::string lossCurveSvg(std::span<const double> loss, const std::string& title, std::span<const double> error = {});
 
 } // namespace cmpg

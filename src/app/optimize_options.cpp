@@ -52,6 +52,7 @@ OptimizeConfig optimizeConfig(const Options& options) {
     config.optimizer.finalFactor = options.finalRate;
     config.prior = double(options.prior);
     config.totalVariation = double(options.totalVariation);
+    config.viewsPerStep = options.viewsPerStep;
     config.warmUp = options.warmUp;
     return config;
 }

@@ -213,6 +213,7 @@ void addOptimizer(CLI::App& app, Options& o) {
     addCount(app, "--spp-difference", o.sppDifference,
              "Samples per pixel by which a step brings the image of the step before up to date; 0: every step renders its own of --spp")
         ->option_text(kind("N", "2"));
+    addCount(app, "--views-per-step", o.viewsPerStep, "Of several targets so many a step, in random order, each once before any again; 0: all")->option_text(kind("N", "0"));
     addCount(app, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
     addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
     addCount(app, "--stop-after", o.stopAfter, "End after so many of the steps, with the schedule of all")->option_text(kind("N", "--steps"));

@@ -80,6 +80,7 @@ struct Options {
     float finalRate = 0.1f;
     float totalVariation = 0, prior = 0;
     std::uint32_t sppDifference = 2;       // of the images that steps carry on; 0: none
+    std::uint32_t viewsPerStep = 0;        // of several targets; 0: all
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
     std::optional<std::uint32_t> stopAfter; // steps of --steps that are done

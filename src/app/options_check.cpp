@@ -70,7 +70,7 @@ void validateGradient(const Options& o) {
     if (!o.adjoint.empty() && !o.target.empty())
         refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
     if (o.target.size() > 1)
-        refuse("gradient takes one --target", "several are for optimize");
+        refuse("gradient takes one --target", "several are for optimize, and for compare --mode optimize");
     if (o.check && o.isReverse())
         refuse("--check compares the forward gradient image: it takes neither --adjoint nor --target");
     if (o.isReverse() && o.direction != "one")
@@ -116,7 +116,7 @@ void validateOpen(const Options& o) {
         refuse("--headless opens no window, and no command says what else to do",
                "name a command: cmpg-vk --headless render " + o.input + " -o image.exr; see cmpg-vk --help");
     if (o.target.size() > 1)
-        refuse("a window takes one --target", "several are for optimize");
+        refuse("a window takes one --target", "several are for optimize, and for compare --mode optimize");
     validateSteps(o);
 }
 
@@ -128,8 +128,6 @@ void validateMeasurement(const Options& o, const std::string& command) {
         refuse(command + " needs -o FOLDER");
     if (!o.adjoint.empty() && !o.target.empty())
         refuse("--adjoint and --target exclude each other", "--target derives its adjoint from the loss");
-    if (o.target.size() > 1)
-        refuse(command + " takes one --target");
     if (o.time)
         requireFinite(*o.time, "--time", 1e-3f, 1e7f);
 }
@@ -148,6 +146,8 @@ void validateCompare(const Options& o) {
 
 void validateTradeoff(const Options& o) {
     validateMeasurement(o, "tradeoff");
+    if (o.target.size() > 1)
+        refuse("tradeoff takes one --target", "several are for optimize, and for compare --mode optimize");
     requirePositive(o.seeds, "--seeds", 1000);
 }
 

@@ -74,6 +74,7 @@ template <class O, class V> void visitOptimize(O& o, V&& v) {
     v("total-variation", o.totalVariation);
     v("prior", o.prior);
     v("spp-difference", o.sppDifference);
+    v("views-per-step", o.viewsPerStep);
     v("warm-up", o.warmUp);
     v("freeze", o.freeze);
     v("stop-after", o.stopAfter);

@@ -14,12 +14,11 @@ constexpr std::size_t kChunk = 1 << 14; // pixels
 double sign(double x) { return double(x > 0) - double(x < 0); }
 
 struct Totals {
-    double value = 0, variance = 0, noise = 0;
+    double value = 0, variance = 0;
     std::uint64_t nonFinite = 0;
     Totals& operator+=(const Totals& other) {
         value += other.value;
         variance += other.variance;
-        noise += other.noise;
         nonFinite += other.nonFinite;
         return *this;
     }
@@ -68,17 +67,17 @@ namespace {
 
 // The loss of two estimates of one value, their mean's derivative, and the variance by how they differ.
 struct NoisyTerm {
-    double value, derivative, variance, noise; // noise: what it adds to the loss of the mean
+    double value, derivative, variance;
 };
 
 NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
     const double x = 0.5 * (a + b), half = 0.5 * (a - b) * (a - b); // half: variance of a and of b
     const LossTerm mean = lossTerm(loss, x, y);
     if (loss != Loss::Mse && loss != Loss::RelativeMse)
-        return {mean.value, mean.derivative, mean.derivative * mean.derivative * half / 2, lossTerm(loss, a, x).value};
+        return {mean.value, mean.derivative, mean.derivative * mean.derivative * half / 2};
     const double unit = loss == Loss::Mse ? 1 : 1 / (y * y + kLossEpsilon);
     // The variance of (a - y) (b - y) is 2 v D^2 + v^2, with v that of a and b and D without noise; (x - y)^2 is D^2 + v / 2 on average.
-    return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit, 0.5 * half * unit};
+    return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit};
 }
 
 LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask) {
@@ -100,7 +99,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
 
     const std::size_t channels = std::size_t(image.channels);
     const double norm = 1 / (total * double(channels));
-    LossResult result{0, 0, 0, 1 / norm, Image(image.width, image.height, image.channels), 0};
+    LossResult result{0, 0, 1 / norm, Image(image.width, image.height, image.channels), 0};
     const Totals totals = orderedSum<Totals>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
         Totals sum;
         for (std::size_t p = begin; p < end; ++p) {
@@ -122,7 +121,6 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
                 const NoisyTerm term = noisyTerm(loss, a[c], b[c], y[c]);
                 sum.value += w * term.value;
                 sum.variance += w * w * term.variance;
-                sum.noise += w * term.noise;
                 result.adjoint.values[p * channels + c] = float(w * term.derivative * norm);
             }
         }
@@ -130,7 +128,6 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
     });
     result.value = totals.value * norm;
     result.error = std::sqrt(totals.variance) * norm;
-    result.noise = totals.noise * norm;
     result.nonFinite = totals.nonFinite;
     return result;
 }

@@ -29,7 +29,6 @@ LossTerm lossTerm(Loss loss, double x, double y);
 struct LossResult {
     double value = 0;            // weighted mean over pixels and channels
     double error = 0;            // standard error of `value` by the noise of the image; 0 where it is not known
-    double noise = 0;            // part of the mean image's loss that is noise of the image: for Mse the mean variance of its values
     double values = 0;           // pixels times channels, weighted
     Image adjoint;               // dvalue/dpixel, in the image's shape
     std::uint64_t nonFinite = 0; // pixels left out because the image is not finite there

@@ -5,6 +5,7 @@
 #include "base/stopwatch.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/regularizer.h"
+#include "optimize/view_order.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +37,22 @@ SquareSum squareSum(std::span<const double> gradient) {
     });
 }
 
+// The loss of an image that is wrong by kTrusted of the target's root mean square everywhere.
+double toleratedLoss(Loss loss, const Target& target) {
+    constexpr double kTrusted = 0.02;
+    SquareSum sum;
+    for (const float value : target.image.values)
+        if (std::isfinite(value)) {
+            sum.squares += double(value) * value;
+            ++sum.finite;
+        }
+    const double off = kTrusted * std::sqrt(sum.squares / double(std::max<std::uint64_t>(1, sum.finite)));
+    Image wrong = target.image;
+    for (float& value : wrong.values)
+        value += float(off);
+    return evaluateLoss(loss, wrong, target.image, target.mask).value;
+}
+
 } // namespace
 
 StepRecord recordOf(const StepReport& report) {
@@ -59,6 +76,8 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
                     "give one target per view");
     for (std::size_t view = 0; view < model_.views(); ++view)
         requireSize(config_.targets[view], model_.size(view).first, model_.size(view).second);
+    for (const Target& target : config_.targets)
+        tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, target) : 0);
     if (parameters_.empty())
         throw Error(ExitCode::Usage, "there is nothing to optimise", {}, "name a parameter with --param");
     for (const std::uint32_t index : parameters_) {
@@ -84,11 +103,10 @@ StepReport Optimization::step() {
     information_ = 0;
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
         model_.setSecondValues(parameters_[i], state_.imageValues[i]);
-    for (std::size_t view = 0; view < model_.views(); ++view)
-        addView(view, report);
+    const std::vector<std::size_t> views = viewsOfStep(config_.seed, state_.step, model_.views(), config_.viewsPerStep);
+    for (std::size_t place = 0; place < views.size(); ++place)
+        addView(views[place], place, views.size(), report);
     sumUp(report);
-    if (config_.passesDone)
-        config_.passesDone();
     model_.endStep();
     applyUpdate(report);
     publish(report);
@@ -114,10 +132,10 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     return image;
 }
 
-void Optimization::addView(std::size_t view, StepReport& report) {
+void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {
     // Views draw numbers of their own: the same numbers in all would add their errors up.
-    const auto views = std::uint32_t(model_.views());
-    const auto step = std::uint32_t(state_.step * views + view);
+    const auto views = std::uint32_t(count);
+    const auto step = std::uint32_t(state_.step * views + place);
     const Target& target = config_.targets[view];
 
     RunningImage image;
@@ -138,8 +156,8 @@ void Optimization::addView(std::size_t view, StepReport& report) {
     report.loss += loss.value / views;
     report.lossError = std::hypot(report.lossError, loss.error / views);
     report.dropped += loss.nonFinite;
-    if (loss.noise > 0)
-        information_ += loss.values / (2 * loss.noise);
+    if (const double tolerance = tolerance_[view]; tolerance > 0)
+        information_ += loss.values / tolerance;
     const std::uint32_t earlier = carriesImages() && view < state_.images.size() ? state_.images[view].samples : 0;
     report.samples += 2 * std::uint64_t(image.samples - earlier) * image.half[0].pixels();
 

@@ -23,18 +23,24 @@ struct OptimizeConfig {
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior |d|), in units of the
-    // parameter's range. Its weight beside the images is that of their noise (maximum a posteriori), and falls with it. 0: nothing.
+    // parameter's range. Images say exp(-n loss / tolerated), over their n values: errors of 2 % of the target's root mean square are likely. What
+    // is recovered is the most likely texture under both (maximum a posteriori). 0: any texture is as likely.
     double prior = 0;
+    std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
     std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
-    std::function<void()> passesDone{}; // of a step, before its update: the parameters are still those it began with
 };
+
+// Whether steps carry the images of `views` views on. A view that a step leaves out would have an image of values that nobody knows any more.
+inline bool carriesImages(const OptimizeConfig& config, std::size_t views) {
+    return config.sppDifference > 0 && (config.viewsPerStep == 0 || config.viewsPerStep >= views);
+}
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0
-    double loss = 0;            // mean over the views, before the update; without bias by noise where the loss is a squared one
+    double loss = 0;            // mean over the step's views, before the update; without bias by noise where the loss is a squared one
     double lossError = 0;       // its standard error by noise
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
@@ -72,7 +78,7 @@ class Optimization {
     // and its target do not fit. `start`: to go on from another run; its moments are those of `parameters`.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
-    // For each view: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
+    // For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
@@ -100,12 +106,13 @@ class Optimization {
     const std::vector<std::vector<double>>& gradients() const { return gradients_; }
 
   private:
-    void addView(std::size_t view, StepReport& report);
+    // `place` of `count`: where in the step the view stands.
+    void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
     void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
-    bool carriesImages() const { return config_.sppDifference > 0; }
+    bool carriesImages() const { return cmpg::carriesImages(config_, model_.views()); }
     RunningImage image(std::size_t view, std::uint32_t step);
 
     ImageModel& model_;
@@ -114,7 +121,8 @@ class Optimization {
     std::vector<std::uint32_t> parameters_;
     OptimizeState state_;
     double rateFactor_ = 1;
-    double information_ = 0; // of the step's images: the sum over the views of values / (2 noise)
+    std::vector<double> tolerance_; // of each view's loss, beside the prior
+    double information_ = 0;        // of the step's images: the sum over the views of values / tolerated loss
     std::vector<std::vector<double>> gradients_;
     std::vector<RunningImage> images_; // of the step in flight
 };

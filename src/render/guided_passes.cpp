@@ -14,6 +14,8 @@ namespace {
 constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8, kRepetition = 16;
 constexpr std::uint32_t kGatePasses = 2; // of each way
 
+bool isImage(Renderer::Mode mode) { return mode == Renderer::Mode::Render || mode == Renderer::Mode::Difference; }
+
 std::vector<SamplingWay> waysOf(Sampling asked, bool derivatives, bool roulette) {
     std::vector<Sampling> kinds{asked};
     if (asked == Sampling::Auto)
@@ -92,7 +94,7 @@ struct GuidedPasses::Impl {
 
     // How the next pass of a mode is drawn.
     PassSampling nextPass(Renderer::Mode mode) const {
-        const bool image = mode == Renderer::Mode::Render;
+        const bool image = isImage(mode);
         const SamplingWay way = image ? imageWay() : derivativeWay();
         return {.kind = way.kind, .record = recording(), .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = options.positivize && !image};
     }
@@ -197,7 +199,7 @@ GuidedPasses::~GuidedPasses() = default;
 
 void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool learning) {
     for (const Renderer::Mode mode : modes)
-        for (const SamplingWay& way : (mode == Renderer::Mode::Render ? impl_->images : impl_->derivatives).ways())
+        for (const SamplingWay& way : (isImage(mode) ? impl_->images : impl_->derivatives).ways())
             if (!way.roulette || mode == Renderer::Mode::Reverse)
                 impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette}, false, true);
 }

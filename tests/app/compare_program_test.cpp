@@ -126,6 +126,26 @@ TEST(CompareProgram, ComparesOptimisations) {
     expectSelfContained(html);
 }
 
+// The first view's target is the picture of the start, from which there is nothing to learn: what is found comes from the second.
+TEST(CompareProgram, OptimisesFromSeveralViews) {
+    const test::TemporaryFolder folder;
+    const auto render = [&](const char* camera, const char* file, std::vector<std::string> more) {
+        std::vector<std::string> arguments{"render", kBox, "-o", folder / file, "--camera", camera, "--spp", "64", "--seed", "3", "--max-depth", "4"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto result = runProgram(arguments);
+        ASSERT_EQ(result.code, 0) << result.err;
+    };
+    render("front", "start.exr", {"--width", "32", "--height", "32", "--set", "painting.baseColor=0.5"});
+    render("corner", "truth.exr", {"--width", "64", "--height", "48"});
+    const auto json = compare({"--param", "painting.baseColor", "--mode", "optimize", "--target", "front=" + (folder / "start.exr"), "--target",
+                               "corner=" + (folder / "truth.exr"), "--set", "painting.baseColor=0.5", "--steps", "12", "--rate", "0.05", "--spp",
+                               "8", "-o", folder / "out"});
+    ASSERT_EQ(json.at("table").size(), 2u);
+    for (const auto& row : json.at("table"))
+        EXPECT_LT(row.at("mse"), 0.8 * row.at("initial_mse").get<double>()) << row;
+    EXPECT_NE(readText(folder / "out/report.html").find("a further target"), std::string::npos);
+}
+
 TEST(CompareProgram, EqualTimeAndRepeats) {
     const test::TemporaryFolder folder;
     writeExr(folder / "adjoint.exr", Image(16, 16, 3, 1e-3f));
@@ -150,6 +170,7 @@ TEST(CompareProgram, RefusesWhatItCannotCompare) {
     const std::vector<std::pair<std::vector<std::string>, int>> cases = {
         {{"--param", "painting.baseColor", "-o", out}, 2}, // neither adjoint nor target
         {{"--param", "painting.baseColor", "--mode", "optimize", "--adjoint", folder / "image.exr", "-o", out}, 2},
+        {{"--param", "painting.baseColor", "--mode", "reverse", "--target", folder / "image.exr", "--target", folder / "image.exr", "-o", out}, 2},
         {{"--mode", "forward", "-o", out}, 2},
         {{"--param", "painting.baseColor", "--mode", "forward"}, 2},
         {{"--param", "painting.baseColor", "--mode", "forward", "--methods", "magic", "-o", out}, 2},

@@ -51,7 +51,7 @@ TEST(ContactSheet, ShowsItsPanels) {
     ContactSheet sheet;
     sheet.title = "scene.gltf";
     sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.1f), Image(16, 16, 3, 0.7f)});
-    sheet.gradients.push_back({"wall.baseColor", Image(1, 1, 3, -1e-4f)});
+    sheet.parameters.push_back({"wall.baseColor", SlotKind::BaseColor, Image(4, 4, 3, 0.5f), Image(4, 4, 3, 0.2f), Image(4, 4, 3, 1e-4f)});
     sheet.loss = {1, 0.5, 0.1};
     const Image picture = sheet.compose();
     EXPECT_GT(picture.width, 5 * 256);
@@ -60,7 +60,54 @@ TEST(ContactSheet, ShowsItsPanels) {
     EXPECT_NEAR(picture.at(12 + 128, y)[0], 0.9, 1e-5);
     EXPECT_NEAR(picture.at(12 + 268 + 128, y)[0], 0.1, 1e-5);
     EXPECT_NEAR(picture.at(12 + 2 * 268 + 128, y)[0], 0.7, 1e-5);
-    EXPECT_GT(picture.at(12 + 3 * 268 + 128, y)[2], picture.at(12 + 3 * 268 + 128, y)[0]); // negative: blue
+    EXPECT_GT(picture.at(12 + 3 * 268 + 128, y)[2], picture.at(12 + 3 * 268 + 128, y)[0]); // darker than the target, negative: blue
+    const int below = y + 18 + 256 + 24 + 12;
+    EXPECT_NEAR(picture.at(12 + 128, below)[0], 0.5, 1e-5);
+    EXPECT_NEAR(picture.at(12 + 268 + 128, below)[0], 0.2, 1e-5);
+    EXPECT_GT(picture.at(12 + 2 * 268 + 128, below)[2], picture.at(12 + 2 * 268 + 128, below)[0]); // change: negative
+    EXPECT_GT(picture.at(12 + 3 * 268 + 128, below)[0], picture.at(12 + 3 * 268 + 128, below)[2]); // gradient: positive, orange
+}
+
+int darkPixels(const Image& image, int top) {
+    int count = 0;
+    for (int y = top; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            count += image.at(x, y)[0] < 0.1f;
+    return count;
+}
+
+TEST(ContactSheet, ShowsConstantsAsNumbers) {
+    ContactSheet sheet;
+    sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f)});
+    const int without = sheet.compose().height;
+    sheet.parameters.push_back({"wall.roughness", SlotKind::Roughness, Image(1, 1, 1, 0.5f), Image(1, 1, 1, 0.25f), Image(1, 1, 1, 1e-3f)});
+    const Image one = sheet.compose();
+    EXPECT_LT(one.height, without + 100); // lines of text, no row of pictures
+    EXPECT_GT(darkPixels(one, without), 100);
+    for (int i = 0; i < 100; ++i)
+        sheet.parameters.push_back(sheet.parameters.front());
+    EXPECT_LT(sheet.compose().height, without + 500);
+}
+
+TEST(LossCurve, DrawsTheErrorAsABand) {
+    const std::vector<double> loss = {1, 0.9, 0.8, 0.7}, error = {0.2, 0.2, 0.2, 0.2};
+    const auto pale = [](const Canvas& canvas) {
+        int count = 0;
+        for (std::size_t p = 0; p < canvas.image().pixels(); ++p)
+            count += canvas.image().values[3 * p] < 0.6f && canvas.image().values[3 * p + 2] > 0.75f;
+        return count;
+    };
+    Canvas with(256, 256), without(256, 256);
+    drawLossCurve(with, 0, 0, 256, 256, loss, error);
+    drawLossCurve(without, 0, 0, 256, 256, loss);
+    EXPECT_EQ(pale(without), 0);
+    // 0.4 of an axis from 0 to 1.05, over 199 columns of 226 rows, less the curve.
+    EXPECT_NEAR(pale(with), 0.4 / 1.05 * 226 * 199, 1000);
+    for (const double odd : {std::nan(""), HUGE_VAL, -1.0, 1e300}) {
+        drawLossCurve(with, 0, 0, 256, 256, loss, std::vector<double>(4, odd));
+        EXPECT_EQ(lossCurveSvg(loss, "t", std::vector<double>(4, odd)).find("nan"), std::string::npos);
+    }
+    drawLossCurve(with, 0, 0, 256, 256, loss, std::vector<double>{0.1}); // fewer than values
 }
 
 TEST(ContactSheet, ShowsDarkAndBrightScenes) {
@@ -77,7 +124,8 @@ TEST(ContactSheet, StandsMissingPanels) {
     EXPECT_GT(ContactSheet{}.compose().width, 0);
     ContactSheet odd;
     odd.views.push_back({"a", Image(3000, 1, 3, 0.5f), Image(1, 900, 3, std::nanf("")), Image()});
-    odd.gradients.push_back({"p", Image(5, 3, 1, std::nanf(""))});
+    odd.parameters.push_back({"p", SlotKind::Emission, Image(5, 3, 1, 0.5f), Image(5, 3, 1, std::nanf("")), Image(5, 3, 1, std::nanf(""))});
+    odd.parameters.push_back({"q", SlotKind::Normal, Image(), Image(), Image()});
     EXPECT_GT(odd.compose().width, 0);
 }
 

@@ -2,9 +2,11 @@
 #include "base/error.h"
 #include "linear_model.h"
 #include "optimize/optimize.h"
+#include "optimize/view_order.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -48,6 +50,73 @@ TEST(Optimize, RecoversTheParametersOfALinearModel) {
         EXPECT_EQ(reports.size(), 1000u);
         EXPECT_LT(reports.back().loss, 0.02 * reports.front().loss);
     }
+}
+
+TEST(ViewOrder, SeesEachViewOnceARoundInRandomOrder) {
+    EXPECT_EQ(viewsOfStep(1, 7, 3, 0), (std::vector<std::size_t>{0, 1, 2}));
+    EXPECT_EQ(viewsOfStep(1, 7, 3, 5), (std::vector<std::size_t>{0, 1, 2}));
+    for (const std::uint32_t perStep : {1u, 2u, 3u, 4u}) {
+        std::vector<std::size_t> all; // of six rounds, steps that reach into the next one included
+        for (std::uint32_t step = 0; step * perStep < 30; ++step)
+            for (const std::size_t view : viewsOfStep(5, step, 5, perStep))
+                all.push_back(view);
+        for (std::size_t round = 0; round < 30; round += 5)
+            EXPECT_EQ(std::set<std::size_t>(all.begin() + std::ptrdiff_t(round), all.begin() + std::ptrdiff_t(round + 5)).size(), 5u);
+    }
+    // All 6 orders of three views are equally likely: 3000 rounds, chi-squared with 5 degrees of freedom, 99.99 % below 25.7; fixed seed.
+    std::map<std::vector<std::size_t>, int> orders;
+    for (std::uint32_t round = 0; round < 3000; ++round)
+        ++orders[{viewsOfStep(9, 3 * round, 3, 1)[0], viewsOfStep(9, 3 * round + 1, 3, 1)[0], viewsOfStep(9, 3 * round + 2, 3, 1)[0]}];
+    ASSERT_EQ(orders.size(), 6u);
+    double chiSquared = 0;
+    for (const auto& [order, count] : orders)
+        chiSquared += (count - 500) * (count - 500) / 500.0;
+    EXPECT_LT(chiSquared, 25.7);
+    EXPECT_NE(viewsOfStep(1, 0, 1000, 10), viewsOfStep(2, 0, 1000, 10));
+}
+
+TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
+    const std::size_t views = 6;
+    const auto meanGradient = [&](std::uint32_t perStep, std::set<std::uint32_t>& keys) {
+        OptimizeConfig config = makeConfig(views);
+        config.viewsPerStep = perStep;
+        config.sppDifference = 0;
+        config.steps = config.warmUp = views; // the parameters stay where they are
+        Scene scene = test::makeScene();
+        LinearModel model(scene, views, 8, 8, 0);
+        model.pixels = PixelSampling::Uniform;
+        Optimization run(model, scene, config, {0, 1});
+        std::vector<std::vector<double>> mean = {std::vector<double>(48), std::vector<double>(3)};
+        double loss = 0;
+        run.run([&](const StepReport& report) {
+            loss += report.loss / double(views);
+            for (std::size_t k = 0; k < mean.size(); ++k)
+                for (std::size_t i = 0; i < mean[k].size(); ++i)
+                    mean[k][i] += run.gradients()[k][i] / double(views);
+        });
+        for (const LinearModel::Call& call : model.calls)
+            if (call.kind == 'p')
+                EXPECT_TRUE(keys.insert(call.key.step).second) << "random numbers used twice";
+        mean.push_back({loss});
+        return mean;
+    };
+    std::set<std::uint32_t> keys;
+    const auto all = meanGradient(0, keys);
+    for (const std::uint32_t perStep : {1u, 2u, 4u}) { // six steps: whole rounds
+        std::set<std::uint32_t> own;
+        const auto some = meanGradient(perStep, own);
+        EXPECT_EQ(own.size(), views * perStep);
+        for (std::size_t k = 0; k < all.size(); ++k)
+            for (std::size_t i = 0; i < all[k].size(); ++i)
+                EXPECT_NEAR(some[k][i], all[k][i], 1e-6 * std::abs(all[k][i]) + 1e-9);
+    }
+}
+
+TEST(Optimize, RecoversFromSomeViewsAStep) {
+    OptimizeConfig config = makeConfig(4);
+    config.viewsPerStep = 1;
+    config.steps = 1000;
+    EXPECT_LT(test::rmsError(optimise(config, 0)), 5e-3);
 }
 
 TEST(Optimize, SgdRecoversThemToo) {
