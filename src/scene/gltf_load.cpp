@@ -17,9 +17,13 @@ namespace {
 glm::dmat4 localTransform(const GltfLoad& load, std::uint32_t index) {
     const tinygltf::Node& node = load.model.nodes[index];
     if (!node.matrix.empty()) {
-        const glm::dmat4 m = glm::make_mat4(node.matrix.data());
-        if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1)
+        glm::dmat4 m = glm::make_mat4(node.matrix.data());
+        constexpr double kRounding = 1e-6; // of programs that multiply and invert matrices before they write them
+        const bool affine = std::abs(m[0][3]) <= kRounding && std::abs(m[1][3]) <= kRounding && std::abs(m[2][3]) <= kRounding && std::abs(m[3][3] - 1) <= kRounding;
+        if (!affine)
             load.document.at(nodePlace(index) + ".matrix").fail("is not an affine transform");
+        m[0][3] = m[1][3] = m[2][3] = 0;
+        m[3][3] = 1;
         return m;
     }
     const glm::dvec3 t = vec(node.translation, glm::dvec3(0)), s = vec(node.scale, glm::dvec3(1));

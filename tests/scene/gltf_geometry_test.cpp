@@ -56,6 +56,13 @@ TEST(GltfGeometry, MatrixIsColumnMajor) {
     expectVec(corner(s, 0, 2), {5, 9, 7});
 }
 
+// Programs that invert matrices leave a last row of (0, 0, 0, 1) but for rounding.
+TEST(GltfGeometry, MatrixMayBeRounded) {
+    GltfWriter w = oneTriangle();
+    w.json["nodes"][0]["matrix"] = {2, 0, 0, -1e-17, 0, 3, 0, 1e-9, 0, 0, 1, 0, 5, 6, 7, 0.9999999999999998};
+    expectVec(corner(load(w), 0, 2), {5, 9, 7});
+}
+
 TEST(GltfGeometry, MirroredNodeKeepsTheFrontInFront) {
     GltfWriter w = oneTriangle();
     const float h = std::sqrt(0.5f);
