@@ -183,8 +183,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Options effective = options;
     effective.maxDepth = options.effectiveDepth(session.scene.maxDepth);
     Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
-    const Renderer::Mode image = carriesImages(config, views.views.size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
-    session.prepare(views.views.front(), options.output, {image, Renderer::Mode::Reverse});
+    const Renderer::Mode imageMode = carriesImages(config, views.views.size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
+    session.prepare(views.views.front(), options.output, {imageMode, Renderer::Mode::Reverse});
     GuidedSession guided(options, report, session);
     guided.passes().setLearning(usesGuide(options));
     RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
@@ -207,8 +207,8 @@ ExitCode runOptimize(const Options& options, Report& report) {
         for (const StepRecord& step : start->state.history)
             addStep(report, step);
     }
-    guided.passes().prepareAhead({image, Renderer::Mode::Reverse});
-    guided.passes().prepareNext(image);
+    guided.passes().prepareAhead({imageMode, Renderer::Mode::Reverse});
+    guided.passes().prepareNext(imageMode);
     log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {

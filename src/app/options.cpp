@@ -218,8 +218,9 @@ void addOptimizer(CLI::App& app, Options& o) {
     addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
     addCount(app, "--stop-after", o.stopAfter, "End after so many of the steps, with the schedule of all")->option_text(kind("N", "--steps"));
     app.add_option("--prior", o.prior,
-                   "How alike neighbouring texels are before any image is seen: differences fall off as exp(-B |d|). Its weight is that of the images' noise")
-        ->option_text(kind("B", "0"));
+                   "How alike neighbouring texels of slots from 0 to 1 are before any image is seen: differences are as likely as exp(-B |d|), beside "
+                   "images trusted to 2 %; 0: no prior")
+        ->option_text(kind("B", "4"));
     app.add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
         ->option_text(kind("W", "0"));
 }

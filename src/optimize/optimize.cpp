@@ -53,6 +53,9 @@ double toleratedLoss(Loss loss, const Target& target) {
     return evaluateLoss(loss, wrong, target.image, target.mask).value;
 }
 
+// Light has no range to measure differences by, and nothing is known of those of normals.
+bool hasPrior(const Parameter& parameter) { return parameter.kind != SlotKind::Normal && std::isfinite(parameter.highest()); }
+
 } // namespace
 
 StepRecord recordOf(const StepReport& report) {
@@ -181,11 +184,9 @@ void Optimization::sumUp(StepReport& report) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         if (config_.totalVariation != 0)
             report.regularizer += addTotalVariation(scene_.parameters[parameters_[i]], config_.totalVariation, gradients_[i]);
-        if (config_.prior > 0 && information_ > 0) {
-            const Parameter& parameter = scene_.parameters[parameters_[i]];
-            const double weight = config_.prior / state_.moments[i].unit / information_ * double(parameter.entries());
-            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], kPriorEpsilon * state_.moments[i].unit);
-        }
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
+        if (config_.prior > 0 && information_ > 0 && hasPrior(parameter))
+            report.regularizer += addTotalVariation(parameter, config_.prior / information_ * double(parameter.entries()), gradients_[i], kPriorEpsilon);
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;

@@ -77,7 +77,7 @@ TEST(ViewOrder, SeesEachViewOnceARoundInRandomOrder) {
 
 TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
     const std::size_t views = 6;
-    const auto meanGradient = [&](std::uint32_t perStep, std::set<std::uint32_t>& keys) {
+    const auto meanGradient = [&](std::uint32_t perStep, std::set<std::pair<std::uint32_t, std::uint32_t>>& keys) {
         OptimizeConfig config = makeConfig(views);
         config.viewsPerStep = perStep;
         config.sppDifference = 0;
@@ -95,15 +95,16 @@ TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
                     mean[k][i] += run.gradients()[k][i] / double(views);
         });
         for (const LinearModel::Call& call : model.calls)
-            if (call.kind == 'p')
-                EXPECT_TRUE(keys.insert(call.key.step).second) << "random numbers used twice";
+            if (call.kind == 'p') {
+                EXPECT_TRUE(keys.insert({call.key.step, call.key.firstSample}).second) << "random numbers used twice";
+            }
         mean.push_back({loss});
         return mean;
     };
-    std::set<std::uint32_t> keys;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> keys;
     const auto all = meanGradient(0, keys);
     for (const std::uint32_t perStep : {1u, 2u, 4u}) { // six steps: whole rounds
-        std::set<std::uint32_t> own;
+        std::set<std::pair<std::uint32_t, std::uint32_t>> own;
         const auto some = meanGradient(perStep, own);
         EXPECT_EQ(own.size(), views * perStep);
         for (std::size_t k = 0; k < all.size(); ++k)

@@ -22,6 +22,7 @@ TEST(SelfTest, PassesAndLeavesNoTrace) {
 }
 
 TEST(SelfTest, AWrongResultIsRefused) {
+    const DeviceInfo device = test::device().info(); // opened before anything is wrong
     for (const bool portable : {false, true}) {
         setenv("CMPG_FAULT", "wrong", 1);
         try {
@@ -29,8 +30,8 @@ TEST(SelfTest, AWrongResultIsRefused) {
             FAIL() << "a device with a wrong result was opened";
         } catch (const Error& error) {
             EXPECT_EQ(error.code, ExitCode::Device);
-            EXPECT_NE(std::string(error.what()).find(test::device().info().name), std::string::npos) << error.what();
-            EXPECT_NE(error.cause.find(test::device().info().driver), std::string::npos) << error.cause;
+            EXPECT_NE(std::string(error.what()).find(device.name), std::string::npos) << error.what();
+            EXPECT_NE(error.cause.find(device.driver), std::string::npos) << error.cause;
             EXPECT_NE(error.cause.find("reads in a loop (292, not 293)"), std::string::npos) << error.cause; // and nothing else
             EXPECT_EQ(error.cause.find("sums"), std::string::npos) << error.cause;
         }
