@@ -32,13 +32,20 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     p.material = indices.w;
     if (kVertexNormals || kTextures) {
         const uvec3 at = indices.xyz * kAttributeTexels;
-        const vec4 a0 = attributeTexel(at.x), a1 = attributeTexel(at.y), a2 = attributeTexel(at.z);
+        // Texture coordinates of a surface without textures are not read anywhere.
+        const bool textured = kTextures && (materialTexel(p.material * kMaterialTexels + 1).w & 0xffu) != 0;
+        vec4 a0 = vec4(0), a1 = vec4(0), a2 = vec4(0);
+        if (kVertexNormals || textured) {
+            a0 = attributeTexel(at.x);
+            a1 = attributeTexel(at.y);
+            a2 = attributeTexel(at.z);
+        }
         if (kVertexNormals) {
             const vec3 n = b0 * a0.xyz + b1 * a1.xyz + b2 * a2.xyz;
             const float length2 = dot(n, n);
             if (length2 > 1e-20) p.normal = n * inversesqrt(length2);
         }
-        if (kTextures) {
+        if (textured) {
             const vec4 s0 = attributeTexel(at.x + 1), s1 = attributeTexel(at.y + 1), s2 = attributeTexel(at.z + 1);
             p.uv0 = vec2(b0 * a0.w + b1 * a1.w + b2 * a2.w, b0 * s0.x + b1 * s1.x + b2 * s2.x);
             if (kTexcoord1) p.uv1 = b0 * s0.yz + b1 * s1.yz + b2 * s2.yz;
