@@ -78,9 +78,11 @@ void writeContactSheet(const Options& options, const Optimization& run, const Va
                                     parameterImage(parameter, run.gradients()[p])});
     }
     sheet.loss = report.loss;
+    for (const StepRecord& step : run.state().history)
+        sheet.lossError.push_back(step.lossError);
     const std::filesystem::path picture = folder.path() / "contact_sheet.png", curve = folder.path() / "loss.svg";
     writePng(picture, sheet.compose());
-    writeTextFile(curve, lossCurveSvg(report.loss, sheet.title));
+    writeTextFile(curve, lossCurveSvg(report.loss, sheet.title, sheet.lossError));
     report.outputs.emplace_back("contact_sheet", picture.string());
     report.outputs.emplace_back("loss_curve", curve.string());
 }
