@@ -52,7 +52,7 @@ class Resume : public testing::Test {
             std::istringstream row(line);
             std::string field;
             for (int column = 0; std::getline(row, field, ','); ++column)
-                if (column < 4 || column > 6)
+                if (column < 5 || column > 7)
                     files["loss.csv"] += field + ",";
             files["loss.csv"] += "\n";
         }
