@@ -64,7 +64,7 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.guiding = usesGuide(options);
     config.learning = usesGuide(options) && options.command == Command::Optimize;
     config.roulette = usesGuide(options) && options.roulette && options.isReverse();
-    const bool steps = options.command == Command::Optimize || options.command == Command::Open || (options.command == Command::Compare && options.mode == "optimize");
+    const bool steps = options.command == Command::Optimize || (options.command == Command::Compare && options.mode == "optimize");
     config.differences = steps && options.sppDifference > 0;
     config.guideMemory = options.guideMemory << 20;
     config.guide.cellRecords = options.cellRecords;

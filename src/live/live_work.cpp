@@ -189,6 +189,7 @@ void LiveWork::ensureRenderer() {
     hooks_.busyWith("preparing the scene");
     RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
     config.guiding = true;
+    config.differences = options_.sppDifference > 0 && !settings_.parameters.empty();
     renderer_ = std::make_unique<Renderer>(device_, scene_.scene, config);
     renderer_->setInteraction({.submissionSeconds = kSubmissionSeconds,
                                .beforeSubmission = hooks_.betweenSubmissions,

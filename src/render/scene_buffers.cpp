@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <stdexcept>
 
 namespace cmpg {
 
@@ -342,6 +343,8 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
 }
 
 void SceneBuffers::setSecond(std::uint32_t parameter, std::span<const float> values) {
+    if (!hasSecond_)
+        throw std::logic_error("there is room for one set of values only");
     const std::vector<float>& base = scene_.parameters[parameter].values;
     if (values.empty())
         second_.erase(parameter);

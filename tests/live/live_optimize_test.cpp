@@ -45,6 +45,7 @@ class LiveOptimize : public testing::Test {
         render.differentiable = parameters;
         render.maxDepth = *options_.maxDepth;
         render.guiding = true;
+        render.differences = options_.sppDifference > 0;
         Renderer renderer(device, scene, render);
         GuidedPasses passes(renderer, {.sampling = options_.sampling});
         passes.setLearning(true);
