@@ -70,6 +70,8 @@ RunningImage getRunningImage(ByteReader& in) {
     image.imageVariance = in.figure("the variance of an image");
     image.differenceVariance = in.figure("the variance of a difference");
     image.covariance = in.real();
+    if (!std::isfinite(image.covariance))
+        throw Malformed{"the covariance of an image is not finite"};
     image.differences = in.get<std::uint32_t>();
     return image;
 }
