@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "linear_model.h"
 #include "optimize/optimize.h"
+#include "optimize/regularizer.h"
 #include "optimize/view_order.h"
 
 #include <cmath>
@@ -302,6 +303,37 @@ TEST(Optimize, TotalVariationSmooths) {
     const double rough = variation(optimise(config, 0));
     config.totalVariation = 1;
     EXPECT_LT(variation(optimise(config, 0)), 0.3 * rough);
+}
+
+// -log of the posterior over -log of the likelihood's scale: loss + prior / information * sum |d|, where the images' information is their number
+// of values over the loss of one that is off by 2 % of the target's root mean square.
+TEST(Optimize, ThePriorWeighsDifferencesAgainstImagesTrustedToTwoPercent) {
+    const auto firstStep = [](double prior) {
+        OptimizeConfig config = makeConfig(1);
+        config.totalVariation = 0;
+        config.prior = prior;
+        Scene scene = test::makeTruth(); // differs from texel to texel
+        LinearModel model(scene, 1, 8, 8, 0);
+        Optimization run(model, scene, config, {0, 1});
+        const double regularizer = run.step().regularizer;
+        return std::pair(regularizer, run.gradients());
+    };
+    const auto [none, plain] = firstStep(0);
+    const auto [weight, pulled] = firstStep(5);
+    EXPECT_EQ(none, 0);
+
+    const std::vector<Target> targets = test::makeTargets(1, 8, 8);
+    double squares = 0;
+    for (const float v : targets[0].image.values)
+        squares += double(v) * v;
+    const double values = double(targets[0].image.values.size()), tolerated = 0.02 * 0.02 * squares / values;
+    const Parameter texture = test::makeTruth().parameters[0];
+    std::vector<double> gradient(texture.entries());
+    const double unit = addTotalVariation(texture, 5 * tolerated / values * double(texture.entries()), gradient, kPriorEpsilon);
+    EXPECT_NEAR(weight, unit, 1e-4 * unit);
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+        EXPECT_NEAR(pulled[0][i] - plain[0][i], gradient[i], 1e-4 * unit) << i;
+    EXPECT_EQ(pulled[1], plain[1]); // light has none
 }
 
 } // namespace
