@@ -9,7 +9,7 @@ namespace cmpg {
 
 // Differences well below this count quadratically, so that the gradient is smooth at 0: a quarter of an 8-bit step.
 constexpr double kTotalVariationEpsilon = 1e-3;
-// The same of the prior, whose weight follows from noise: wide enough that steps of an optimiser do not chatter about 0.
+// The same of the prior: wide enough that steps of an optimiser do not chatter about 0.
 constexpr double kPriorEpsilon = 1e-2;
 
 // Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of
