@@ -17,22 +17,41 @@ class BatchedModel final : public ImageModel {
     std::size_t views() const override { return inner_.views(); }
     std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.render(view, spp, key); }
-    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
-        return inner_.renderHalves(view, spp, key, difference);
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference,
+                             std::span<const std::uint32_t> counts) override {
+        return inner_.renderHalves(view, spp, key, difference, counts);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
     Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.picture(view, spp, key); }
-    std::uint64_t reverse(std::size_t view, std::uint32_t, const PassKey& key, const Image& adjoint,
+    std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
+        std::vector<std::vector<double>> ignored;
+        return reverseHalves(view, spp, key, adjoint, gradients, ignored);
+    }
+    // The halves are those of the batches. `half` may be empty.
+    std::uint64_t reverseHalves(std::size_t view, std::uint32_t, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                                std::vector<std::vector<double>>& half) override {
         std::uint64_t paths = 0;
+        double samples = 0; // of a batch
+        std::vector<std::vector<double>> difference = half;
+        for (auto& entries : difference)
+            std::fill(entries.begin(), entries.end(), 0.0);
         const BudgetedEstimate estimate = spendBudget(budget_, [&](const BatchPart& part) {
             std::vector<std::vector<double>> found;
             found.reserve(gradients.size());
             for (const auto& gradient : gradients)
                 found.emplace_back(gradient.size());
             paths += inner_.reverse(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);
+            samples += double(part.samples) / budget_.batches;
+            const double sign = part.batch % 2 == 0 ? 1 : -1;
+            for (std::size_t p = 0; p < difference.size(); ++p)
+                for (std::size_t i = 0; i < difference[p].size(); ++i)
+                    difference[p][i] += sign * part.samples * found[p][i];
             return joined(found);
         });
+        for (std::size_t p = 0; p < half.size(); ++p)
+            for (std::size_t i = 0; i < half[p].size(); ++i)
+                half[p][i] += difference[p][i] / (samples * budget_.batches);
         auto next = estimate.mean.begin();
         for (auto& gradient : gradients)
             for (double& entry : gradient)
@@ -43,6 +62,10 @@ class BatchedModel final : public ImageModel {
             step_.worst = std::max(step_.worst, estimate.error.relative);
         }
         return paths;
+    }
+    std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                               std::vector<std::vector<double>>& gradients) override {
+        return inner_.reverseApart(view, spp, key, adjoint, gradients);
     }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
     void endStep() override {

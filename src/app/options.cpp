@@ -203,7 +203,8 @@ void addDifferentiation(CLI::App& app, Options& o) {
 
 void addOptimizer(CLI::App& app, Options& o) {
     addCount(app, "--steps", o.steps, "Steps")->option_text(kind("N", "200"));
-    addEnum(app, "--optimizer", o.optimizer, kOptimizers, "adam", "Update rule");
+    addEnum(app, "--optimizer", o.optimizer, kOptimizers, "auto",
+            "Update rule; auto: gauss-newton for base colours, metallic, specular and light where the loss is a squared one, else adam");
     app.add_option("--rate", o.rate, "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats")
         ->option_text(kind("[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25"))
         ->allow_extra_args(false);

@@ -74,12 +74,12 @@ struct Options {
 
     // optimize
     std::uint32_t steps = 200;
-    OptimizerKind optimizer = OptimizerKind::Adam;
+    OptimizerKind optimizer = OptimizerKind::Auto;
     std::vector<std::string> rate; // "RATE" or "SLOT=RATE"
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;
     float totalVariation = 0, prior = 4;
-    std::uint32_t sppDifference = 2;       // of the images that steps carry on; 0: none
+    std::uint32_t sppDifference = 8;       // of the images that steps carry on; 0: none
     std::uint32_t viewsPerStep = 0;        // of several targets; 0: all
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
@@ -147,7 +147,8 @@ inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"
 inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
 inline constexpr EnumName<Loss> kLosses[] = {
     {Loss::Mse, "mse"}, {Loss::L1, "l1"}, {Loss::Smape, "smape"}, {Loss::RelativeMse, "relative-mse"}};
-inline constexpr EnumName<OptimizerKind> kOptimizers[] = {{OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
+inline constexpr EnumName<OptimizerKind> kOptimizers[] = {
+    {OptimizerKind::Auto, "auto"}, {OptimizerKind::GaussNewton, "gauss-newton"}, {OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
 inline constexpr EnumName<Schedule> kSchedules[] = {
     {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {

@@ -35,6 +35,11 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(m.start);
         out.put(m.first);
         out.put(m.second);
+        out.put(m.third);
+        out.put(m.products);
+        out.put(m.steps);
+        out.put(m.signal);
+        out.put(m.noise);
     }
     out.count(state.history.size());
     for (const StepRecord& r : state.history) {
@@ -50,8 +55,10 @@ void put(ByteWriter& out, const RunningImage& image) {
     for (const Image& half : image.half)
         out.put(half.values);
     out.put(image.samples);
-    for (const double value : {image.imageVariance, image.differenceVariance, image.covariance})
-        out.put(value);
+    out.put(image.paths);
+    out.put(image.worth);
+    out.put(image.differenceVariance);
+    out.put(image.covariance);
     out.put(image.differences);
 }
 
@@ -67,7 +74,10 @@ RunningImage getRunningImage(ByteReader& in) {
             throw Malformed{"an image has another size than it says"};
     }
     image.samples = in.get<std::uint32_t>();
-    image.imageVariance = in.figure("the variance of an image");
+    image.paths = in.get<std::uint64_t>();
+    image.worth = in.reals<float>();
+    if (image.worth.size() != std::uint64_t(width) * height || !std::all_of(image.worth.begin(), image.worth.end(), [](float w) { return w > 0 && std::isfinite(w); }))
+        throw Malformed{"the samples that an image is worth do not fit"};
     image.differenceVariance = in.figure("the variance of a difference");
     image.covariance = in.real();
     if (!std::isfinite(image.covariance))
@@ -79,12 +89,19 @@ RunningImage getRunningImage(ByteReader& in) {
 OptimizeState getState(ByteReader& in) {
     OptimizeState state;
     state.step = in.get<std::uint32_t>();
-    state.moments.resize(in.count(4 + 4 + 8 + 8));
+    state.moments.resize(in.count(4 + 4 + 8 + 8 + 8 + 4 + 4 + 8 + 8));
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
         m.first = in.reals<float>();
         m.second = in.reals<float>();
+        m.third = in.reals<float>();
+        m.products = in.get<std::uint32_t>();
+        m.steps = in.get<std::uint32_t>();
+        m.signal = in.real();
+        m.noise = in.figure("the noise of a gradient");
+        if (!std::isfinite(m.signal))
+            throw Malformed{"the signal of a gradient is not finite"};
     }
     state.history.resize(in.count(9 * 8));
     for (StepRecord& r : state.history) {
@@ -98,7 +115,7 @@ OptimizeState getState(ByteReader& in) {
 }
 
 std::vector<RunningImage> getImages(ByteReader& in) {
-    std::vector<RunningImage> images(in.count(2 * 4 + 2 * 8 + 4 + 3 * 8 + 4));
+    std::vector<RunningImage> images(in.count(2 * 4 + 2 * 8 + 4 + 8 + 8 + 2 * 8 + 4));
     for (RunningImage& image : images)
         image = getRunningImage(in);
     return images;
@@ -159,6 +176,7 @@ std::vector<FileSection> checkpointSections(const Optimization& run, const Image
                         for (const RunningImage& image : run.state().images)
                             put(out, image);
                         putVectors(out, run.state().imageValues);
+                        putVectors(out, run.state().pixelShares);
                     }),
             section("gradient", [&](ByteWriter& out) { putVectors(out, run.gradients()); }),
             section("learned", [&](ByteWriter& out) { model.save(out); })};
@@ -173,11 +191,15 @@ Checkpoint readCheckpoint(const std::vector<FileSection>& sections) {
         c.state = readSection(sections, "state", getState);
         c.values = readSection(sections, "values", getVectors<float>);
         c.gradients = readSection(sections, "gradient", getVectors<double>);
-        std::tie(c.state.images, c.state.imageValues) = readSection(sections, "images", [](ByteReader& in) {
+        std::tie(c.state.images, c.state.imageValues, c.state.pixelShares) = readSection(sections, "images", [](ByteReader& in) {
             std::vector<RunningImage> images = getImages(in);
-            return std::pair(std::move(images), getVectors<float>(in));
+            std::vector<std::vector<float>> values = getVectors<float>(in);
+            return std::tuple(std::move(images), std::move(values), getVectors<float>(in));
         });
         c.learned = bytesOf(sections, "learned");
+        for (const std::vector<float>& shares : c.state.pixelShares)
+            if (!std::all_of(shares.begin(), shares.end(), [](float share) { return share >= 0 && share < 1e9f; }))
+                throw Malformed{"a share of the samples is none"};
         for (const std::vector<float>& values : c.values)
             if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
                 throw Malformed{"a value is not finite"};

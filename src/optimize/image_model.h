@@ -4,6 +4,8 @@
 #include "base/byte_stream.h"
 #include "render/renderer.h"
 
+#include <algorithm>
+
 namespace cmpg {
 
 class ImageModel {
@@ -15,7 +17,8 @@ class ImageModel {
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
     // An image of `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the values of
     // setSecondValues().
-    virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) = 0;
+    // `counts`: as in GuidedPasses::renderHalves().
+    virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) = 0;
     virtual void setSecondValues(std::uint32_t parameter, std::span<const float> values) = 0;
     // An image to keep, which no later pass depends on.
     virtual Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) { return render(view, spp, key); }
@@ -24,6 +27,30 @@ class ImageModel {
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                   std::vector<std::vector<double>>& gradients) = 0;
     // Of the last derivative pass: share of its few largest samples in the sum of all squares; 0 where it is not known.
+    // The same, but no later pass depends on it.
+    virtual std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                       std::vector<std::vector<double>>& gradients) {
+        return reverse(view, spp, key, adjoint, gradients);
+    }
+    // As reverse(), in two halves of `spp` / 2 samples, one at least, with numbers of their own: adds their mean, and to `half` half of how they
+    // differ.
+    virtual std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                        std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half) {
+        constexpr std::uint32_t kSecondHalf = 5; // as in PassKey
+        std::vector<std::vector<double>> first, second;
+        for (const std::vector<double>& g : gradients)
+            first.emplace_back(g.size());
+        second = first;
+        const std::uint32_t samples = std::max(1u, spp / 2);
+        const std::uint64_t paths = reverse(view, samples, key, adjoint, first) +
+                                    reverse(view, samples, {key.seed, key.step, key.pass + kSecondHalf, key.firstSample}, adjoint, second);
+        for (std::size_t p = 0; p < gradients.size(); ++p)
+            for (std::size_t i = 0; i < gradients[p].size(); ++i) {
+                gradients[p][i] += 0.5 * (first[p][i] + second[p][i]);
+                half[p][i] += 0.5 * (first[p][i] - second[p][i]);
+            }
+        return paths;
+    }
     virtual double concentration() const { return 0; }
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
     // After the passes of a step, before its update: the model may learn from them.

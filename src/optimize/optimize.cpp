@@ -3,8 +3,8 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "optimize/gauss_newton.h"
 #include "optimize/ordered_sum.h"
-#include "optimize/regularizer.h"
 #include "optimize/view_order.h"
 
 #include <algorithm>
@@ -14,6 +14,19 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kPrimalPass = 0, kGradientPass = 1;
+
+constexpr float kCurvatureStep = 0.05f; // by which parameters change where the curvature is measured, in their units
+// Twice the samples of a step that carries an image on: what a difference of images is off by stays in the curvature for long.
+constexpr std::uint32_t kCurvatureSpp = 4;
+constexpr float kMostSamples = 1 << 20; // of a pixel, in a step
+
+// The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less.
+bool measuresCurvature(std::uint32_t step) {
+    std::uint64_t at = 8;
+    while (at < step)
+        at *= 4;
+    return step == 0 || step == at;
+}
 
 struct SquareSum {
     double squares = 0;
@@ -35,6 +48,33 @@ SquareSum squareSum(std::span<const double> gradient) {
             }
         return sum;
     });
+}
+
+// By pixel: how strongly it answers to a change of the parameters, on average over its neighbours, in units of the mean. What does not answer needs
+// few samples of its own.
+std::vector<float> pixelShares(const Image& change) {
+    const int width = change.width, height = change.height;
+    std::vector<float> magnitude(change.pixels()), shares(change.pixels());
+    for (std::size_t p = 0; p < magnitude.size(); ++p) {
+        const float* c = change.values.data() + 3 * p;
+        const float sum = std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]);
+        magnitude[p] = std::isfinite(sum) ? sum : 0.f;
+    }
+    double total = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            float sum = 0;
+            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
+                    sum += magnitude[std::size_t(v) * width + u];
+            total += shares[std::size_t(y) * width + x] = sum;
+        }
+    if (!(total > 0))
+        return {};
+    const double unit = double(shares.size()) / total;
+    for (float& share : shares)
+        share = float(share * unit);
+    return shares;
 }
 
 // The loss of an image that is wrong by kTrusted of the target's root mean square everywhere.
@@ -70,6 +110,11 @@ PassKey pictureKey(std::uint64_t seed, std::size_t view) {
     return {seed, ~0u - std::uint32_t(view), kPrimalPass};
 }
 
+PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) {
+    constexpr std::uint32_t kMostPictures = 1 << 16;
+    return {seed, ~kMostPictures - step, kPrimalPass};
+}
+
 Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters,
                            OptimizeState start)
     : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)), state_(std::move(start)) {
@@ -83,8 +128,13 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, target) : 0);
     if (parameters_.empty())
         throw Error(ExitCode::Usage, "there is nothing to optimise", {}, "name a parameter with --param");
+    const bool allowed = allowsNewton(config_, model_.views());
+    if (config_.optimizer.kind == OptimizerKind::GaussNewton && !allowed)
+        throw Error(ExitCode::Usage, "--optimizer gauss-newton needs a squared loss, and images that steps carry on",
+                    "the loss is no squared one, or --spp-difference is 0, or --views-per-step leaves views out", "take --optimizer adam, or change these");
     for (const std::uint32_t index : parameters_) {
         Parameter& parameter = scene_.parameters.at(index);
+        methods_.push_back(methodOf(config_.optimizer.kind, parameter.kind, allowed));
         parameter.materialise();
         if (state_.moments.size() < parameters_.size())
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));
@@ -102,8 +152,14 @@ StepReport Optimization::step() {
     gradients_.resize(parameters_.size());
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
+    noise_ = newton() ? gradients_ : std::vector<std::vector<double>>();
     images_.clear();
+    known_.clear();
     information_ = 0;
+    curvature_.clear();
+    shares_ = state_.pixelShares;
+    shares_.resize(model_.views());
+    measureCurvature(report);
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
         model_.setSecondValues(parameters_[i], state_.imageValues[i]);
     const std::vector<std::size_t> views = viewsOfStep(config_.seed, state_.step, model_.views(), config_.viewsPerStep);
@@ -119,7 +175,7 @@ StepReport Optimization::step() {
 RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     if (!carriesImages()) {
         RunningImage image;
-        image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false));
+        image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false, {}));
         return image;
     }
     // One sequence of samples for all steps.
@@ -127,12 +183,71 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     const bool first = view >= state_.images.size() || state_.images[view].empty();
     RunningImage image = first ? RunningImage() : state_.images[view];
     key.firstSample = image.samples;
-    ImageHalves halves = model_.renderHalves(view, first ? config_.spp : config_.sppDifference, key, true);
+    const std::uint32_t spp = first ? config_.spp : config_.sppDifference;
+    ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)
         image.begin(std::move(halves));
     else
-        image.advance(halves);
+        image.advance(halves, shares_[view], changeSquared());
     return image;
+}
+
+void Optimization::measureCurvature(StepReport& report) {
+    bool due = false;
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        due |= method(i) == OptimizerKind::GaussNewton && measuresCurvature(state_.step - state_.moments[i].start);
+    if (!due)
+        return;
+    const ScopedTime time(report.secondsGradient);
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        std::vector<float> moved = scene_.parameters[parameters_[i]].values;
+        if (method(i) == OptimizerKind::GaussNewton)
+            for (float& value : moved)
+                value += kCurvatureStep * state_.moments[i].unit;
+        model_.setSecondValues(parameters_[i], moved);
+    }
+    curvature_ = gradients_; // zeros
+    const std::size_t views = model_.views();
+    for (std::size_t view = 0; view < views; ++view) {
+        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view));
+        const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+        Image change = halves.half[0].difference;
+        for (std::size_t k = 0; k < change.values.size(); ++k)
+            change.values[k] = 0.5f * (change.values[k] + halves.half[1].difference.values[k]);
+        shares_[view] = pixelShares(change);
+        // The adjoint of a squared loss at so much beside the target.
+        const Target& target = config_.targets[view];
+        for (std::size_t k = 0; k < change.values.size(); ++k)
+            change.values[k] = target.image.values[k] - change.values[k];
+        LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
+        for (float& value : loss.adjoint.values)
+            value /= float(views);
+        report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, curvature_);
+    }
+}
+
+// Mean square of how far the values are from those of the images, in their units.
+double Optimization::changeSquared() const {
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < state_.imageValues.size(); ++i) {
+        const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[i];
+        for (std::size_t k = 0; k < now.size(); ++k) {
+            const double d = (double(now[k]) - before[k]) / state_.moments[i].unit;
+            sum += d * d;
+        }
+        count += double(now.size());
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+std::vector<std::uint32_t> Optimization::countsOf(std::size_t view, std::uint32_t spp) const {
+    if (view >= shares_.size() || shares_[view].empty())
+        return {};
+    std::vector<std::uint32_t> counts;
+    for (const float share : shares_[view])
+        counts.push_back(1 + std::uint32_t(std::min(0.5f + std::max(0.f, 0.5f * float(spp) - 1) * share, kMostSamples)));
+    return counts;
 }
 
 void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {
@@ -161,12 +276,12 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.dropped += loss.nonFinite;
     if (const double tolerance = tolerance_[view]; tolerance > 0)
         information_ += loss.values / tolerance;
-    const std::uint32_t earlier = carriesImages() && view < state_.images.size() ? state_.images[view].samples : 0;
-    report.samples += 2 * std::uint64_t(image.samples - earlier) * image.half[0].pixels();
+    report.samples += image.paths;
 
     const ScopedTime time(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
-    report.samples += model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
+    report.samples += newton() ? model_.reverseHalves(view, config_.sppGradient, key, loss.adjoint, gradients_, noise_)
+                               : model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
     report.concentration = std::max(report.concentration, model_.concentration());
     if (carriesImages())
         images_.push_back(std::move(image));
@@ -182,11 +297,17 @@ void Optimization::sumUp(StepReport& report) {
     report.rate = slotRate(config_.optimizer, scene_.parameters[parameters_[0]].kind) * rateFactor() * state_.moments[0].unit;
     std::uint64_t finite = 0;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        if (config_.totalVariation != 0)
-            report.regularizer += addTotalVariation(scene_.parameters[parameters_[i]], config_.totalVariation, gradients_[i]);
         const Parameter& parameter = scene_.parameters[parameters_[i]];
+        TotalVariationBound& known = known_.emplace_back(parameter);
+        const auto know = [&](double weight, double epsilon) {
+            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], epsilon);
+            if (method(i) == OptimizerKind::GaussNewton && parameter.entries() > parameter.channels)
+                known.add(parameter, weight, epsilon);
+        };
+        if (config_.totalVariation != 0)
+            know(config_.totalVariation, kTotalVariationEpsilon);
         if (config_.prior > 0 && information_ > 0 && hasPrior(parameter))
-            report.regularizer += addTotalVariation(parameter, config_.prior / information_ * double(parameter.entries()), gradients_[i], kPriorEpsilon);
+            know(config_.prior / information_ * double(parameter.entries()), kPriorEpsilon);
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;
@@ -201,15 +322,26 @@ void Optimization::applyUpdate(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     const double factor = rateFactor();
     state_.images = std::move(images_);
+    state_.pixelShares = std::move(shares_);
+    for (std::size_t i = 0; i < curvature_.size(); ++i)
+        if (method(i) == OptimizerKind::GaussNewton)
+            addCurvature(curvature_[i], kCurvatureStep * state_.moments[i].unit, state_.moments[i]);
     state_.imageValues.clear();
     for (std::size_t i = 0; carriesImages() && i < parameters_.size(); ++i)
         state_.imageValues.push_back(scene_.parameters[parameters_[i]].values);
     if (state_.step >= config_.warmUp)
         for (std::size_t i = 0; i < parameters_.size(); ++i)
-            report.dropped += updateParameter(config_.optimizer, state_.step - state_.moments[i].start, factor, gradients_[i], state_.moments[i],
-                                              scene_.parameters[parameters_[i]]);
+            report.dropped += move(i, factor);
     state_.history.push_back(recordOf(report));
     ++state_.step;
+}
+
+std::uint64_t Optimization::move(std::size_t i, double factor) {
+    Parameter& parameter = scene_.parameters[parameters_[i]];
+    Moments& moments = state_.moments[i];
+    if (method(i) == OptimizerKind::GaussNewton)
+        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * moments.unit, {gradients_[i], noise_[i]}, known_[i], moments, parameter);
+    return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
 }
 
 void Optimization::publish(StepReport& report) {
@@ -229,13 +361,19 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         const std::size_t entries = scene_.parameters[parameters_[i]].entries();
         const Moments& moments = state.moments[i];
         fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
-               moments.second.size() == state_.moments[i].second.size();
+               moments.second.size() == state_.moments[i].second.size() && moments.third.size() == state_.moments[i].third.size();
     }
     fits = fits && state.imageValues.size() == (state.images.empty() ? 0 : parameters_.size()) && (state.images.empty() || state.images.size() == model_.views());
     for (std::size_t i = 0; fits && i < state.imageValues.size(); ++i)
         fits = state.imageValues[i].size() == values[i].size();
-    for (std::size_t view = 0; fits && view < state.images.size(); ++view)
-        fits = std::pair(state.images[view].half[0].width, state.images[view].half[0].height) == model_.size(view);
+    fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
+    for (std::size_t view = 0; fits && view < model_.views(); ++view) {
+        const auto [width, height] = model_.size(view);
+        if (!state.images.empty())
+            fits = state.images[view].half[0].width == width && state.images[view].half[0].height == height;
+        if (!state.pixelShares.empty())
+            fits = fits && (state.pixelShares[view].empty() || state.pixelShares[view].size() == std::size_t(width) * std::size_t(height));
+    }
     if (!fits)
         throw Error(ExitCode::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
 }

@@ -4,9 +4,11 @@
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
+#include "optimize/regularizer.h"
 #include "optimize/running_image.h"
 #include "optimize/target.h"
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 
@@ -20,6 +22,8 @@ struct OptimizeConfig {
     std::uint32_t sppDifference = 2;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
+    // Gauss-Newton needs a squared loss and images that steps carry on, and takes derivative passes in halves. Some steps measure the curvature first, which
+    // costs about a step more.
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior |d|); of slots
@@ -36,6 +40,11 @@ struct OptimizeConfig {
 // Whether steps carry the images of `views` views on. A view that a step leaves out would have an image of values that nobody knows any more.
 inline bool carriesImages(const OptimizeConfig& config, std::size_t views) {
     return config.sppDifference > 0 && (config.viewsPerStep == 0 || config.viewsPerStep >= views);
+}
+
+// Whether an optimisation of so many views has what Gauss-Newton needs.
+inline bool allowsNewton(const OptimizeConfig& config, std::size_t views) {
+    return carriesImages(config, views) && (config.loss == Loss::Mse || config.loss == Loss::RelativeMse);
 }
 
 struct StepReport {
@@ -67,18 +76,21 @@ struct OptimizeState {
     std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
     std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
     std::vector<std::vector<float>> imageValues{};  // of the parameters, for which they were made
+    std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
 };
 
 // Random numbers of the image of a view that is made to be looked at: of no step.
 PassKey pictureKey(std::uint64_t seed, std::size_t view);
+// And of what measures the curvature in a step.
+PassKey curvatureKey(std::uint64_t seed, std::uint32_t step);
 
 class Optimization {
   public:
     // `parameters`: indices into scene.parameters, which hold the current values after every step. Error(Input) if a view
-    // and its target do not fit. `start`: to go on from another run; its moments are those of `parameters`.
+    // and its target do not fit, Error(Usage) if Gauss-Newton is asked for and lacks what it needs. `start`: to go on from another run; its moments are those of `parameters`.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
-    // For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
+    // Now and then the curvature of the loss. For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
@@ -108,22 +120,33 @@ class Optimization {
   private:
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
+    void measureCurvature(StepReport& report);
     void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
+    std::uint64_t move(std::size_t parameter, double rateFactor);
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
     bool carriesImages() const { return cmpg::carriesImages(config_, model_.views()); }
     RunningImage image(std::size_t view, std::uint32_t step);
+    double changeSquared() const;
+    std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
+    OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }
+    bool newton() const { return std::find(methods_.begin(), methods_.end(), OptimizerKind::GaussNewton) != methods_.end(); }
 
     ImageModel& model_;
     Scene& scene_;
     OptimizeConfig config_;
     std::vector<std::uint32_t> parameters_;
+    std::vector<OptimizerKind> methods_; // of the parameters
     OptimizeState state_;
     double rateFactor_ = 1;
     std::vector<double> tolerance_; // of each view's loss, beside the prior
     double information_ = 0;        // of the step's images: the sum over the views of values / tolerated loss
     std::vector<std::vector<double>> gradients_;
+    std::vector<std::vector<double>> noise_;      // of the step's derivative passes, where they come in halves: half of how these differ
+    std::vector<TotalVariationBound> known_;      // of the step
+    std::vector<std::vector<double>> curvature_;  // what the step has measured of it; empty where it has not
+    std::vector<std::vector<float>> shares_;      // OptimizeState::pixelShares from this step on
     std::vector<RunningImage> images_; // of the step in flight
 };
 

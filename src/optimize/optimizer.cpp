@@ -1,4 +1,4 @@
-// First-order optimisers over the entries of parameters.
+// Optimisers over the entries of parameters.
 #include "optimize/optimizer.h"
 
 #include "optimize/ordered_sum.h"
@@ -15,9 +15,6 @@ constexpr std::size_t kChunk = 1 << 15; // texels
 // First moments below this are set to 0: denormal floats are a hundred times slower, and entries that stop receiving gradients decay
 // through them.
 constexpr float kTiny = 1e-30f;
-
-// What has no bound of its own, emission, stays below this: light must leave room for sums of products.
-constexpr float kLargest = 1e30f;
 
 // A rate in the range of float, so that none times a moment of 0 is no number.
 float finite(double rate) { return float(std::min(rate, double(std::numeric_limits<float>::max()))); }
@@ -57,7 +54,7 @@ void normalise(float* n) {
 
 template <class Step>
 std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments& moments, Parameter& parameter) {
-    const float lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargest);
+    const float lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     const std::size_t channels = parameter.channels;
     const bool unit = parameter.kind == SlotKind::Normal && channels == 3;
     float* values = parameter.values.data();
@@ -90,7 +87,13 @@ float slotRate(const OptimizerConfig& config, SlotKind kind) {
     const float rate = config.rates[std::size_t(kind)];
     if (rate >= 0)
         return rate;
-    return (config.kind == OptimizerKind::Adam ? kAdamRates : kSgdRates)[std::size_t(kind)];
+    return (config.kind == OptimizerKind::Sgd ? kSgdRates : kAdamRates)[std::size_t(kind)];
+}
+
+OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton) {
+    if (asked != OptimizerKind::Auto)
+        return asked;
+    return newton && kind != SlotKind::Roughness && kind != SlotKind::Normal ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
 }
 
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor) {
@@ -110,8 +113,10 @@ double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter) {
     Moments moments;
     moments.first.assign(parameter.entries(), 0.f);
-    if (config.kind == OptimizerKind::Adam)
+    if (config.kind != OptimizerKind::Sgd)
         moments.second.assign(parameter.entries(), 0.f);
+    if (config.kind == OptimizerKind::Auto || config.kind == OptimizerKind::GaussNewton)
+        moments.third.assign(parameter.entries(), 0.f);
     if (std::isinf(parameter.highest())) {
         const double sum = orderedSum<double>(parameter.entries(), kChunk, [&](std::size_t begin, std::size_t end) {
             double part = 0;

@@ -1,4 +1,4 @@
-// First-order optimisers over the entries of parameters. State is plain data on the host.
+// Optimisers over the entries of parameters. State is plain data on the host.
 #pragma once
 
 #include "scene/scene.h"
@@ -8,7 +8,9 @@
 
 namespace cmpg {
 
-enum class OptimizerKind { Adam, Sgd };
+// Auto: Gauss-Newton for what an image depends on nearly linearly, and Adam for roughness and normals; Adam alone where Gauss-Newton has not what it needs
+// (OptimizeConfig::optimizer).
+enum class OptimizerKind { Auto, GaussNewton, Adam, Sgd };
 enum class Schedule { Constant, Cosine, Exponential };
 
 constexpr std::size_t kSlotKinds = std::size_t(SlotKind::Radiance) + 1;
@@ -22,6 +24,7 @@ struct OptimizerConfig {
     // SGD: m = momentum * m + g; the step is rate * m * texels. Times the number of texels because the gradient by a texel shrinks
     // with its area: a rate then means the same at every resolution.
     float momentum = 0.9f;
+    // Gauss-Newton (optimize/gauss_newton.h) knows how long its steps are; the rate bounds them.
     // Step per update of a parameter of each kind. Kinds without an upper bound (emission, radiance) step in units of the mean
     // of their starting values. Negative: the optimiser's default, below.
     SlotRates rates = {-1, -1, -1, -1, -1, -1, -1};
@@ -37,15 +40,25 @@ float slotRate(const OptimizerConfig& config, SlotKind kind);
 // Factor of the rate at `step` of `steps` (from 0): 1 at the first, finalFactor at the last.
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor);
 
+// What a parameter of a kind is optimised with; never Auto. `newton`: Gauss-Newton has what it needs.
+OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton);
+
 // What an optimiser remembers of one parameter.
 struct Moments {
     float unit = 1;                   // what the rate is multiplied by: fixed from the starting values
     std::uint32_t start = 0;          // step of the run that they begin at
-    std::vector<float> first, second; // second is empty for SGD
+    std::vector<float> first, second; // second is empty for SGD; of Gauss-Newton: the last step, and the diagonal that bounds the curvature
+    // Of Gauss-Newton alone:
+    std::vector<float> third;                // average square of the noise of an entry of the gradient
+    std::uint32_t products = 0, steps = 0;   // how often the curvature was measured, and steps since `start`
+    double signal = 0, noise = 0;            // averages of the gradient's squared length without noise, and of that of its noise
 };
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter);
 
-// One update of parameter.values, projected to the parameter's range; texels of normal maps are brought back to unit length. `step`
+// Every value stays below this, also where its slot has no bound: light must leave room for sums of products.
+constexpr float kLargestValue = 1e30f;
+
+// One update of Adam or SGD of parameter.values, projected to the parameter's range; texels of normal maps are brought back to unit length. `step`
 // counts from 0 (bias correction), `factor` is the schedule's. Entries whose gradient is not finite keep value and moments; returns
 // how many.
 std::uint64_t updateParameter(const OptimizerConfig& config, std::uint32_t step, double factor, std::span<const double> gradient,

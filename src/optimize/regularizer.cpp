@@ -3,6 +3,7 @@
 
 #include "optimize/ordered_sum.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {
@@ -28,13 +29,21 @@ double pairs(const float* from, const float* to, std::size_t count, double epsil
     return sum;
 }
 
+struct Wraps {
+    bool u, v;
+};
+
+Wraps wrapsOf(const Parameter& parameter) {
+    const bool environment = parameter.kind == SlotKind::Radiance;
+    return {parameter.width > 1 && (environment || parameter.wrapU == Wrap::Repeat),
+            parameter.height > 1 && !environment && parameter.wrapV == Wrap::Repeat};
+}
+
 } // namespace
 
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon) {
     const std::size_t height = parameter.height, channels = parameter.channels, row = parameter.width * channels;
-    const bool environment = parameter.kind == SlotKind::Radiance;
-    const bool wrapU = parameter.width > 1 && (environment || parameter.wrapU == Wrap::Repeat);
-    const bool wrapV = height > 1 && !environment && parameter.wrapV == Wrap::Repeat;
+    const bool wrapU = wrapsOf(parameter).u, wrapV = wrapsOf(parameter).v;
     const double scale = weight / double(parameter.entries());
 
     // Every row gathers its own gradient, so that no two threads write to one entry. The value of a vertical pair is counted by the
@@ -68,6 +77,64 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
         return total;
     });
     return scale * sum;
+}
+
+TotalVariationBound::TotalVariationBound(const Parameter& parameter)
+    : width_(parameter.width), height_(parameter.height), channels_(parameter.channels), wrapU_(wrapsOf(parameter).u),
+      wrapV_(wrapsOf(parameter).v) {}
+
+void TotalVariationBound::add(const Parameter& parameter, double weight, double epsilon) {
+    const std::size_t row = width_ * channels_;
+    right_.resize(row * height_);
+    below_.resize(row * height_);
+    const double scale = weight / double(parameter.entries());
+    const float* values = parameter.values.data();
+    const auto pair = [&](std::size_t i, std::size_t other) {
+        const double d = double(values[other]) - double(values[i]);
+        return float(scale / std::sqrt(d * d + epsilon * epsilon));
+    };
+    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y)
+            for (std::size_t x = 0; x < row; ++x) {
+                const std::size_t i = y * row + x;
+                if (x + channels_ < row || wrapU_)
+                    right_[i] += pair(i, y * row + (x + channels_) % row);
+                if (y + 1 < height_ || wrapV_)
+                    below_[i] += pair(i, (y + 1) % height_ * row + x);
+            }
+    });
+}
+
+template <class Term> void TotalVariationBound::forPairs(std::size_t y, const Term& term) const {
+    const std::size_t row = width_ * channels_, above = (y + height_ - 1) % height_, under = (y + 1) % height_;
+    const float* r = right_.data() + y * row;
+    for (std::size_t x = 0; x < row; ++x) {
+        const std::size_t left = x >= channels_ ? x - channels_ : x + row - channels_, next = x + channels_ < row ? x + channels_ : x + channels_ - row;
+        // The last of a row, and the last row, have weight 0 where nothing wraps.
+        term(y * row + x, y * row + next, r[x]);
+        term(y * row + x, y * row + left, r[left]);
+        term(y * row + x, under * row + x, below_[y * row + x]);
+        term(y * row + x, above * row + x, below_[above * row + x]);
+    }
+}
+
+void TotalVariationBound::diagonal(std::span<const float> own, std::span<float> out) const {
+    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y) {
+            std::copy_n(own.data() + y * width_ * channels_, width_ * channels_, out.data() + y * width_ * channels_);
+            forPairs(y, [&](std::size_t i, std::size_t, float weight) { out[i] += weight; });
+        }
+    });
+}
+
+void TotalVariationBound::multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const {
+    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y) {
+            for (std::size_t i = y * width_ * channels_; i < (y + 1) * width_ * channels_; ++i)
+                out[i] = own[i] * x[i];
+            forPairs(y, [&](std::size_t i, std::size_t other, float weight) { out[i] += weight * (x[i] - x[other]); });
+        }
+    });
 }
 
 } // namespace cmpg

@@ -4,6 +4,7 @@
 #include "scene/scene.h"
 
 #include <span>
+#include <vector>
 
 namespace cmpg {
 
@@ -16,5 +17,26 @@ constexpr double kPriorEpsilon = 1e-2;
 // sqrt(d^2 + eps^2) - eps, divided by the number of entries. Neighbours across an edge count where the texture repeats; an
 // environment wraps around horizontally. 0 for constants.
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon = kTotalVariationEpsilon);
+
+// The quadratic form that touches weighted total variations from above at the current values: sqrt(d^2 + eps^2) is at most
+// (d^2 + r^2 + eps^2) / (2 r'), r'^2 = r^2 + eps^2, with r the difference now (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the
+// weights of pairs off its diagonal, negative, and their sums on it.
+class TotalVariationBound {
+  public:
+    explicit TotalVariationBound(const Parameter& parameter);
+    void add(const Parameter& parameter, double weight, double epsilon); // of the same shape
+    bool empty() const { return right_.empty(); }                        // L = 0
+    // out = own + the diagonal of L; out = (diagonal matrix `own` + L) x. entries() each.
+    void diagonal(std::span<const float> own, std::span<float> out) const;
+    void multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const;
+
+  private:
+    // Calls term(entry, neighbour, weight) for each neighbour of each entry.
+    template <class Term> void forPairs(std::size_t row, const Term& term) const;
+
+    std::size_t width_, height_, channels_;
+    bool wrapU_, wrapV_;
+    std::vector<float> right_, below_; // weights of the pairs of an entry and the one to its right, and below; 0 where there is none
+};
 
 } // namespace cmpg

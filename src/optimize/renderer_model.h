@@ -16,14 +16,19 @@ class RendererModel final : public ImageModel {
     std::size_t views() const override { return views_.size(); }
     std::pair<int, int> size(std::size_t view) const override { return {views_.at(view).width, views_.at(view).height}; }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.render(views_.at(view), spp, key); }
-    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
-        return passes_.renderHalves(views_.at(view), spp, key, difference);
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference,
+                             std::span<const std::uint32_t> counts) override {
+        return passes_.renderHalves(views_.at(view), spp, key, difference, counts);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { renderer_.setSecondValues(parameter, values); }
     Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.picture(views_.at(view), spp, key); }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);
+    }
+    std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                               std::vector<std::vector<double>>& gradients) override {
+        return passes_.reverseApart(views_.at(view), spp, key, adjoint, gradients);
     }
     double concentration() const override { return passes_.concentration(); }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { renderer_.setParameter(parameter, values); }

@@ -9,70 +9,83 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 15;
-constexpr double kNewWeight = 0.2; // of the latest step in averages over steps, once there were as many as that stands for
+constexpr std::size_t kChunk = 1 << 13; // pixels
+constexpr double kNewWeight = 0.2;      // of the latest step in averages over steps, once there were as many as that stands for
 
-struct Spread { // sums of products of how halves differ
-    double first = 0, product = 0, second = 0;
+struct Spread { // sums of products of how halves differ, over pixels and their channels
+    double image = 0, product = 0, difference = 0;
     Spread& operator+=(const Spread& other) {
-        first += other.first;
+        image += other.image;
         product += other.product;
-        second += other.second;
+        difference += other.difference;
         return *this;
     }
 };
 
-// Mean over the entries of half the square of how two halves differ: the variance of one of them. And of two such pairs, their covariance.
-Spread spread(const Image& a0, const Image& a1, const Image& b0, const Image& b1) {
-    const std::size_t count = a0.values.size();
-    const double unit = 0.5 / double(std::max<std::size_t>(1, count));
-    Spread total = orderedSum<Spread>(count, kChunk, [&](std::size_t begin, std::size_t end) {
+// Of one sample each.
+Spread spread(const ImageHalves& halves, std::span<const float> shares) {
+    const ImageDifference &a = halves.half[0], &b = halves.half[1];
+    return orderedSum<Spread>(a.image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
         Spread sum;
-        for (std::size_t i = begin; i < end; ++i) {
-            const double a = double(a0.values[i]) - a1.values[i], b = double(b0.values[i]) - b1.values[i];
-            if (!std::isfinite(a) || !std::isfinite(b))
-                continue;
-            sum.first += a * a;
-            sum.product += a * b;
-            sum.second += b * b;
+        for (std::size_t p = begin; p < end; ++p) {
+            const double weight = (shares.empty() ? 1.0 : double(shares[p]) * shares[p]) * halves.count(p);
+            for (std::size_t i = 3 * p; i < 3 * p + 3; ++i) {
+                const double image = double(a.image.values[i]) - b.image.values[i], difference = double(a.difference.values[i]) - b.difference.values[i];
+                if (!std::isfinite(image) || !std::isfinite(difference))
+                    continue;
+                sum.image += weight * image * image;
+                sum.product += weight * image * difference;
+                sum.difference += weight * difference * difference;
+            }
         }
         return sum;
     });
-    return {total.first * unit, total.product * unit, total.second * unit};
 }
 
-double spread(const Image& a, const Image& b) { return spread(a, b, a, b).first; }
+std::uint64_t pathsOf(const ImageHalves& halves, std::size_t pixels) {
+    std::uint64_t sum = 0;
+    for (std::size_t p = 0; p < pixels; ++p)
+        sum += 2 * std::uint64_t(halves.count(p));
+    return sum;
+}
 
 } // namespace
 
 void RunningImage::begin(ImageHalves halves) {
-    half = {std::move(halves.half[0].image), std::move(halves.half[1].image)};
+    *this = {};
+    const std::size_t pixels = halves.half[0].image.pixels();
     samples = halves.samples;
-    imageVariance = spread(half[0], half[1]) * halves.samples;
-    differenceVariance = covariance = 0;
-    differences = 0;
+    paths = pathsOf(halves, pixels);
+    for (std::size_t p = 0; p < pixels; ++p)
+        worth.push_back(float(halves.count(p)));
+    half = {std::move(halves.half[0].image), std::move(halves.half[1].image)};
 }
 
-void RunningImage::advance(const ImageHalves& halves) {
-    const ImageDifference &a = halves.half[0], &b = halves.half[1];
-    const double n = halves.samples;
-    // The weight follows from earlier steps alone: one that sees this step's outliers would weigh them down and with them the mean.
-    const double running = spread(half[0], half[1]) + differenceVariance / n, fresh = imageVariance / n, shared = covariance / n;
-    const double denominator = running + fresh - 2 * shared;
-    const float weight = denominator > 0 ? float(std::clamp((running - shared) / denominator, 0.0, 1.0)) : 0.5f;
-    for (int h = 0; h < 2; ++h) {
-        const ImageDifference& now = halves.half[h];
-        for (std::size_t i = 0; i < half[h].values.size(); ++i) {
-            const float carried = half[h].values[i] + now.difference.values[i];
-            half[h].values[i] = carried + weight * (now.image.values[i] - carried);
+void RunningImage::advance(const ImageHalves& halves, std::span<const float> shares, double change) {
+    // Weights follow from counts and earlier steps alone: ones that see this step's outliers would weigh them down and with them the mean.
+    const double differing = differenceVariance * change, together = covariance * std::sqrt(change);
+    const std::size_t pixels = half[0].pixels();
+    for (std::size_t p = 0; p < pixels; ++p) {
+        const double fresh = 1.0 / halves.count(p), running = 1.0 / worth[p] + differing * fresh, shared = together * fresh;
+        const double denominator = running + fresh - 2 * shared;
+        const double weight = denominator > 0 ? std::clamp((running - shared) / denominator, 0.0, 1.0) : 0.5, rest = 1 - weight;
+        worth[p] = float(1 / std::max(1e-12, rest * rest * running + weight * weight * fresh + 2 * rest * weight * shared));
+        for (int h = 0; h < 2; ++h) {
+            const ImageDifference& now = halves.half[h];
+            for (std::size_t i = 3 * p; i < 3 * p + 3; ++i) {
+                const float carried = half[h].values[i] + now.difference.values[i];
+                half[h].values[i] = carried + float(weight) * (now.image.values[i] - carried);
+            }
         }
     }
     samples += halves.samples;
-    const Spread found = spread(a.image, b.image, a.difference, b.difference);
+    paths = pathsOf(halves, pixels);
+    const Spread found = spread(halves, shares);
+    if (!(change > 0) || !(found.image > 0))
+        return;
     const double share = std::max(kNewWeight, 1.0 / (differences + 1.0));
-    imageVariance += kNewWeight * (found.first * n - imageVariance);
-    differenceVariance += share * (found.second * n - differenceVariance);
-    covariance += share * (found.product * n - covariance);
+    differenceVariance += share * (found.difference / found.image / change - differenceVariance);
+    covariance += share * (found.product / found.image / std::sqrt(change) - covariance);
     ++differences;
 }
 
@@ -83,6 +96,16 @@ Image RunningImage::mean() const {
     return image;
 }
 
-double RunningImage::variance() const { return 0.5 * spread(half[0], half[1]); }
+double RunningImage::variance() const {
+    const std::size_t count = half[0].values.size();
+    return orderedSum<double>(count, kChunk, [&](std::size_t begin, std::size_t end) {
+               double sum = 0;
+               for (std::size_t i = begin; i < end; ++i) {
+                   const double d = double(half[0].values[i]) - half[1].values[i];
+                   sum += std::isfinite(d) ? d * d : 0;
+               }
+               return sum;
+           }) / (4 * double(std::max<std::size_t>(1, count)));
+}
 
 } // namespace cmpg

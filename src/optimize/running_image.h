@@ -9,23 +9,26 @@
 namespace cmpg {
 
 // F_t = (1 - a) (F_{t-1} + D_t) + a I_t, with I_t an image under the values of step t and D_t its difference to the image under the values of the
-// step before along the same paths. Both have the right mean, so F_t has it whatever the weights a, as long as they do not look at the noise of
-// I_t and D_t. The variance of D falls with the square of the step of the parameters, so F gathers the samples of many steps without lag.
+// step before along the same paths. Both have the right mean, so F_t has it whatever the weights a of its pixels, as long as they do not look at the
+// noise of I_t and D_t. The variance of D falls with the square of the step of the parameters, so F gathers the samples of many steps without lag.
 //
 // It consists of two halves with random numbers of their own. How they differ is its variance, and products of both have no bias by noise.
 // What remains biased: F and the parameters that it led to are correlated.
 struct RunningImage {
     std::array<Image, 2> half;
-    std::uint32_t samples = 0; // of each half so far: its next ones continue their sequence
-    // Of a half image of one sample per pixel, averaged over the steps so far: variance of I, of D, and their covariance; means over the entries.
-    double imageVariance = 0, differenceVariance = 0, covariance = 0;
-    std::uint32_t differences = 0; // steps in the averages of the last two
+    std::uint32_t samples = 0; // of a half so far, of the pixel with most: its next ones continue the sequence
+    std::uint64_t paths = 0;   // of both halves in the last step
+    std::vector<float> worth;  // by pixel: samples whose mean has the variance of a half
+    // In units of the variance of I, of a sample each, averaged over the steps so far: the variance of D for a change of the parameters of mean square
+    // 1, and its covariance with I for one of 1.
+    double differenceVariance = 4, covariance = 0;
+    std::uint32_t differences = 0; // steps in these averages
 
     bool empty() const { return half[0].values.empty(); }
     // The first image, or one that has nothing to do with those before.
     void begin(ImageHalves halves);
-    // Those of step t, rendered with `halves.samples` samples each.
-    void advance(const ImageHalves& halves);
+    // Those of step t. `shares`: by pixel, how much it matters in the averages; empty: all alike. `change`: mean square of how far the parameters went.
+    void advance(const ImageHalves& halves, std::span<const float> shares, double change);
     Image mean() const;
     double variance() const; // of mean(), averaged over its entries
 };

@@ -131,9 +131,10 @@ struct GuidedPasses::Impl {
             choice.observeRepetition(way, *differences.variance() / moments);
     }
 
-    void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
+    void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0, bool keepRecords = true) {
         renderer.setSampling({.kind = way.kind,
                               .record = record,
+                              .keepRecords = keepRecords,
                               .measure = gating,
                               .roulette = way.roulette,
                               .sign = sign,
@@ -161,11 +162,11 @@ struct GuidedPasses::Impl {
     }
 
     std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, double meanAdjoint, const SamplingWay& way, int sign,
-                          std::vector<std::vector<double>>& gradients) {
+                          std::vector<std::vector<double>>& gradients, bool keepRecords = true) {
         PixelSamples samples;
         if (options.pixels == PixelSampling::Adjoint)
             samples = sampleCounts(adjoint, spp, key);
-        use(way, recording(), sign, meanAdjoint);
+        use(way, recording(), sign, meanAdjoint, keepRecords);
         renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients);
         return renderer.lastPass().paths;
     }
@@ -259,16 +260,16 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     return image;
 }
 
-ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference) {
+ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) {
     Impl& p = *impl_;
     const SamplingWay way = p.imageWay();
     p.use(way, p.recording());
-    ImageHalves halves{{}, std::max(1u, spp / 2)};
+    ImageHalves halves{{}, counts.empty() ? std::max(1u, spp / 2) : *std::max_element(counts.begin(), counts.end()), {counts.begin(), counts.end()}};
     PassMeasure sum;
     for (std::uint32_t h = 0; h < 2; ++h) {
         const PassKey own{key.seed, key.step, key.pass + (h == 0 ? 0 : kSecondHalf), key.firstSample};
         if (difference)
-            halves.half[h] = p.renderer.renderDifference(view, halves.samples, own);
+            halves.half[h] = p.renderer.renderDifference(view, halves.samples, own, counts);
         else
             halves.half[h].image = p.renderer.render(view, halves.samples, own);
         sum.add(p.renderer.lastPass());
@@ -278,7 +279,7 @@ ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, cons
         for (const ImageDifference& half : halves.half)
             differences.add(entries(half.image));
         if (const std::optional<double> variance = differences.variance())
-            p.images.observe(way, *variance * halves.samples, double(sum.rays) / double(sum.paths));
+            p.images.observe(way, *variance * std::max(1u, spp / 2), double(sum.rays) / double(sum.paths));
     }
     return halves;
 }
@@ -363,6 +364,11 @@ std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const P
             p.reference = sum.reference / mean;
     }
     return sum.paths;
+}
+
+std::uint64_t GuidedPasses::reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                         std::vector<std::vector<double>>& gradients) {
+    return impl_->reverse(view, spp, key, adjoint, norms(adjoint).second, impl_->derivativeWay(), 0, gradients, false);
 }
 
 void GuidedPasses::setLearning(bool on) { impl_->learning = on; }

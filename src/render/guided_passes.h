@@ -56,8 +56,9 @@ class GuidedPasses {
     Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
-    // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values.
-    ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference);
+    // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values; only then
+    // `counts` may say how many samples each pixel gets in each half, one at least.
+    ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts = {});
     // An image to keep, drawn in the way found best so far: nothing is learned from it, so no later pass depends on it.
     Image picture(const View& view, std::uint32_t spp, const PassKey& key);
     // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
@@ -67,6 +68,10 @@ class GuidedPasses {
     // Pixel sampling included. Returns the number of camera paths.
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);
+
+    // The same, but nothing is learned from it, so no later pass depends on it. Of no sign alone.
+    std::uint64_t reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                               std::vector<std::vector<double>>& gradients);
 
     // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew. Now and then a pass runs twice, for
     // the choice (SamplingChoice::repeats), and its result is the mean. Where no guide pays, most steps leave no records and are not

@@ -220,21 +220,24 @@ struct Renderer::Impl {
         return tooLarge;
     }
 
-    Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers, Image* difference = nullptr) {
+    Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers, Image* difference = nullptr,
+                std::span<const std::uint32_t> counts = {}) {
         PassInput in = passInput(view, key, spp);
+        in.perPixel = counts;
         in.sampling = sampling;
         Image result(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
             *layers = Layers(view.width, view.height, spp, layerDepths());
         run(passOf(mode, layers != nullptr), true, in, [&](std::size_t pixel, const Gathered& g) {
-            const glm::dvec4 means = filmSums(g.film) / double(spp);
+            const std::uint32_t count = in.samples(pixel);
+            const glm::dvec4 means = filmSums(g.film) / double(count);
             for (int c = 0; c < 3; ++c)
                 result.values[3 * pixel + c] = float(means[c]);
             if (difference)
                 for (int c = 0; c < 3; ++c)
-                    difference->values[3 * pixel + c] = meanOf(g.difference, spp)[c];
-            variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, spp - 1));
+                    difference->values[3 * pixel + c] = meanOf(g.difference, count)[c];
+            variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, count - 1));
             if (layers)
                 layers->set(pixel, g.layers);
         });
@@ -389,10 +392,10 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
     return impl_->image(kModeRender, view, spp, key, layers);
 }
 
-ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key) {
+ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts) {
     impl_->openRecords(view, key, impl_->passOf(kModeDifference, false));
     ImageDifference result{{}, Image(view.width, view.height, 3)};
-    result.image = impl_->image(kModeDifference, view, spp, key, nullptr, &result.difference);
+    result.image = impl_->image(kModeDifference, view, spp, key, nullptr, &result.difference, counts);
     return result;
 }
 

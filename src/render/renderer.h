@@ -68,7 +68,7 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image, 7 pictures of a report; + 8: the half for negative terms;
+    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image, 6 second half of a derivative, 7 pictures of a report, + 8: the half for negative terms;
     // + 16: its repetition, where two passes are compared; + 16 n: of the n-th batch of a command that goes in batches.
     std::uint32_t pass = 0;
     std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
@@ -82,7 +82,9 @@ struct ImageDifference {
 // An image in two halves with random numbers of their own. How they differ is their variance; a product of both has no bias by noise.
 struct ImageHalves {
     std::array<ImageDifference, 2> half;
-    std::uint32_t samples = 0; // per pixel, of each
+    std::uint32_t samples = 0;           // of each half: of every pixel, or the most of any
+    std::vector<std::uint32_t> counts{}; // of each half, by pixel; empty: `samples` each
+    std::uint32_t count(std::size_t pixel) const { return counts.empty() ? samples : counts[pixel]; }
 };
 
 struct View {
@@ -154,7 +156,8 @@ class Renderer {
 
     // The image, and how it differs from that of the second set of values along the same paths: exactly 0 where a pixel's paths meet nothing
     // that differs. Needs RenderConfig::differences.
-    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key);
+    // `counts`: samples of each pixel, one at least, or empty for `spp` everywhere.
+    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts = {});
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

@@ -354,7 +354,7 @@ void writeGuides(const Folder& out) {
 }
 
 void writeCheckpoints(const Folder& out) {
-    for (const OptimizerKind kind : {OptimizerKind::Adam, OptimizerKind::Sgd}) {
+    for (const OptimizerKind kind : {OptimizerKind::Auto, OptimizerKind::Sgd}) {
         OptimizeConfig config;
         config.steps = 20;
         config.optimizer.kind = kind;
@@ -365,7 +365,7 @@ void writeCheckpoints(const Folder& out) {
         run.step();
         run.step();
         std::vector<FileSection> sections = checkpointSections(run, model, {{"--loss", "\"mse\""}, {"scene", "0"}}, R"({"command": "optimize", "steps": 20})", "a device");
-        if (kind == OptimizerKind::Adam) {
+        if (kind == OptimizerKind::Auto) {
             ByteWriter learned;
             const GuidedState state{.images = {{{0.5, 3, 2}, {0.25, 4, 1}}, {0.5, 0}, 1}, .derivatives = {{{0.5, 3, 2}}, {0.9}, 0}, .reference = 0.5, .trained = true, .step = 2};
             const SdTree tree = learnedTree();
@@ -373,7 +373,7 @@ void writeCheckpoints(const Folder& out) {
             sections.back().bytes = std::move(learned.bytes);
         }
         const Bytes bytes = joinSections(sections);
-        out.write(kind == OptimizerKind::Adam ? "adam.bin" : "sgd.bin", textOf(bytes));
+        out.write(kind == OptimizerKind::Auto ? "auto.bin" : "sgd.bin", textOf(bytes));
     }
 }
 

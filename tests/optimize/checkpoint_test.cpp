@@ -64,7 +64,7 @@ ExitCode refusalOf(std::span<const std::uint8_t> bytes) {
 }
 
 TEST_F(CheckpointFiles, ARunGoesOnAsIfItHadNotEnded) {
-    for (const OptimizerKind kind : {OptimizerKind::Adam, OptimizerKind::Sgd}) {
+    for (const OptimizerKind kind : {OptimizerKind::Auto, OptimizerKind::Adam, OptimizerKind::Sgd}) {
         Bench whole(makeConfig(kind));
         whole.advance(20);
         for (const std::uint32_t at : {1u, 7u, 19u, 20u}) {
@@ -247,7 +247,9 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
         std::size_t views() const override { return inner.views(); }
         std::pair<int, int> size(std::size_t v) const override { return inner.size(v); }
         Image render(std::size_t v, std::uint32_t s, const PassKey& k) override { return count(), inner.render(v, s, k); }
-        ImageHalves renderHalves(std::size_t v, std::uint32_t s, const PassKey& k, bool d) override { return count(), inner.renderHalves(v, s, k, d); }
+        ImageHalves renderHalves(std::size_t v, std::uint32_t s, const PassKey& k, bool d, std::span<const std::uint32_t> c) override {
+            return count(), inner.renderHalves(v, s, k, d, c);
+        }
         void setSecondValues(std::uint32_t p, std::span<const float> v) override { count(), inner.setSecondValues(p, v); }
         std::uint64_t reverse(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g) override {
             return count(), inner.reverse(v, s, k, a, g);

@@ -5,6 +5,7 @@
 #include "optimize/target.h"
 #include "render/pixel_sampling.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -46,9 +47,12 @@ class LinearModel final : public ImageModel {
         return image(view, spp, key, parameters_);
     }
 
-    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
-        ImageHalves halves{{}, std::max(1u, spp / 2)};
-        calls.push_back({'p', view, key, 2 * halves.samples * std::uint64_t(width_) * height_});
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) override {
+        ImageHalves halves{{}, counts.empty() ? std::max(1u, spp / 2) : *std::max_element(counts.begin(), counts.end()), {counts.begin(), counts.end()}};
+        std::uint64_t paths = 0;
+        for (std::size_t p = 0; p < std::size_t(width_) * height_; ++p)
+            paths += 2 * halves.count(p);
+        calls.push_back({'p', view, key, paths});
         std::vector<std::vector<float>> second = parameters_;
         for (std::size_t k = 0; k < second.size(); ++k)
             if (second_.contains(std::uint32_t(k)))
@@ -56,10 +60,10 @@ class LinearModel final : public ImageModel {
         for (std::uint32_t h = 0; h < 2; ++h) {
             const PassKey own{key.seed, key.step, key.pass + 5 * h, key.firstSample};
             ImageDifference& half = halves.half[h];
-            half.image = image(view, halves.samples, own, parameters_);
+            half.image = image(view, halves.samples, own, parameters_, counts);
             if (!difference)
                 continue;
-            half.difference = image(view, halves.samples, own, second);
+            half.difference = image(view, halves.samples, own, second, counts);
             for (std::size_t i = 0; i < half.image.values.size(); ++i)
                 half.difference.values[i] = half.image.values[i] - half.difference.values[i];
         }
@@ -106,7 +110,8 @@ class LinearModel final : public ImageModel {
     };
     std::size_t values() const { return std::size_t(width_) * height_ * 3; }
 
-    Image image(std::size_t view, std::uint32_t spp, const PassKey& key, const std::vector<std::vector<float>>& parameters) const {
+    Image image(std::size_t view, std::uint32_t spp, const PassKey& key, const std::vector<std::vector<float>>& parameters,
+                std::span<const std::uint32_t> counts = {}) const {
         std::mt19937_64 random = generator(key);
         std::normal_distribution<double> normal;
         Image image(width_, height_, 3);
@@ -115,7 +120,7 @@ class LinearModel final : public ImageModel {
             for (std::size_t k = 0; k < parameters.size(); ++k)
                 for (const auto& [entry, factor] : terms(view, i, k))
                     sum += factor * parameters[k][entry];
-            image.values[i] = float(sum * (1 + noise_ / std::sqrt(double(spp)) * normal(random)));
+            image.values[i] = float(sum * (1 + noise_ / std::sqrt(double(counts.empty() ? spp : counts[i / 3])) * normal(random)));
         }
         if (breakImage)
             breakImage(image);

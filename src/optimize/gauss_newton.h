@@ -1,0 +1,35 @@
+// Gauss-Newton steps: a diagonal that bounds the curvature of the loss, the exact curvature of what is known of textures, and a step as long as
+// the noise of the gradient allows.
+#pragma once
+
+#include "optimize/optimizer.h"
+#include "optimize/regularizer.h"
+
+#include <span>
+
+namespace cmpg {
+
+// The squared loss has the Hessian H = 2/n J^T W J, with J the derivative of the image, where the image is nearly linear in the parameter. For H without
+// negative entries and any positive vector d, the diagonal (H d)_i / d_i bounds H from above: steps of (D + L)^-1 g descend, with L the
+// bound of the total variation (TotalVariationBound). One image difference along d and one derivative pass of it give H d.
+//
+// Adds what such a product told: `product` = H d, `direction` = d. Moments::second is D; the second and later products count by half.
+void addCurvature(std::span<const double> product, float direction, Moments& moments);
+
+// The gradient of a step. All have entries() entries.
+struct NoisyGradient {
+    std::span<const double> mean; // of the whole objective
+    std::span<const double> half; // half of how two independent halves of it differ: its variance is the mean's
+};
+
+// One update of parameter.values, projected to its range: x += v, v = momentum v - s (D + L)^-1 g, with |v| at most `rate` times
+// kNewtonReach. s is the share of the signal in the squared length of the gradient, measured by (D + L)^-1, on average over steps: of a
+// gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. An entry whose noise, of the last steps or of this
+// one, would take it farther than `rate` has a larger D: what few paths reach, and paths that are rare. Entries whose gradient is not
+// finite do not move by it; returns how many.
+std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, const TotalVariationBound& known, Moments& moments,
+                                  Parameter& parameter);
+
+constexpr double kNewtonReach = 10; // times the rate: the largest step of an entry
+
+} // namespace cmpg

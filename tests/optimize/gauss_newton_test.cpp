@@ -1,0 +1,211 @@
+// Gauss-Newton steps against matrices written out, against Adam, and under noise.
+#include "linear_model.h"
+#include "base/error.h"
+#include "optimize/gauss_newton.h"
+#include "optimize/optimize.h"
+
+#include <gtest/gtest.h>
+
+namespace cmpg::test {
+namespace {
+
+Parameter randomTexture(std::uint32_t width, std::uint32_t height) {
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, width, height, 3, 0);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (float& value : texture.values)
+        value = uniform(random);
+    return texture;
+}
+
+double totalVariation(Parameter texture, const std::vector<float>& values, double weight, double epsilon) {
+    texture.values = values;
+    std::vector<double> ignored(texture.entries());
+    return addTotalVariation(texture, weight, ignored, epsilon);
+}
+
+// The bound has the gradient of the total variation where it touches it, and lies above it everywhere else.
+TEST(TotalVariationBound, TouchesFromAbove) {
+    for (const auto& [width, height] : {std::pair{7u, 5u}, {1u, 6u}, {6u, 1u}, {2u, 2u}})
+        for (const auto& [u, v] : {std::pair{Wrap::Repeat, Wrap::Repeat}, {Wrap::Clamp, Wrap::Repeat}, {Wrap::Clamp, Wrap::Mirror}}) {
+            Parameter texture = randomTexture(width, height);
+            texture.wrapU = u;
+            texture.wrapV = v;
+            constexpr double kWeight = 0.7, kEpsilon = 0.05;
+            TotalVariationBound bound(texture);
+            bound.add(texture, kWeight, kEpsilon);
+            const std::size_t count = texture.entries();
+            std::vector<double> gradient(count);
+            const double here = addTotalVariation(texture, kWeight, gradient, kEpsilon);
+
+            std::vector<float> none(count, 0.f), image(count), diagonal(count);
+            bound.multiply(none, texture.values, image); // L x is the gradient: both are sums of d / sqrt(d^2 + eps^2)
+            bound.diagonal(none, diagonal);
+            for (std::size_t i = 0; i < count; ++i) {
+                EXPECT_NEAR(image[i], gradient[i], 1e-6) << width << " x " << height << ", entry " << i;
+                std::vector<float> unit(count, 0.f), column(count);
+                unit[i] = 1;
+                bound.multiply(none, unit, column);
+                EXPECT_NEAR(column[i], diagonal[i], 1e-6 * (1 + diagonal[i]));
+            }
+            std::mt19937 random(5);
+            std::normal_distribution<float> normal(0, 0.2f);
+            for (int trial = 0; trial < 20; ++trial) {
+                std::vector<float> moved = texture.values, change(count);
+                double linear = 0, quadratic = 0;
+                for (std::size_t i = 0; i < count; ++i) {
+                    change[i] = normal(random);
+                    moved[i] += change[i];
+                    linear += gradient[i] * change[i];
+                }
+                bound.multiply(none, change, image);
+                for (std::size_t i = 0; i < count; ++i)
+                    quadratic += 0.5 * double(image[i]) * change[i];
+                EXPECT_LE(totalVariation(texture, moved, kWeight, kEpsilon), here + linear + quadratic + 1e-6);
+            }
+        }
+}
+
+// Where the measured curvature is the true one and nothing is noise, the minimum of a quadratic is a step and its momentum away.
+TEST(GaussNewton, FindsTheMinimumOfAQuadratic) {
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f);
+    const Parameter truth = randomTexture(4, 4);
+    OptimizerConfig config;
+    config.kind = OptimizerKind::GaussNewton;
+    Moments moments = initialMoments(config, texture);
+    std::vector<double> curvature(48), product(48), gradient(48);
+    const std::vector<double> noise(48, 0.0);
+    for (std::size_t i = 0; i < 48; ++i) {
+        curvature[i] = std::pow(10, double(i % 7) - 3); // six orders of magnitude
+        product[i] = 0.05 * curvature[i];
+    }
+    addCurvature(product, 0.05f, moments);
+    const auto farthest = [&] {
+        double worst = 0;
+        for (std::size_t i = 0; i < 48; ++i)
+            worst = std::max(worst, std::abs(double(texture.values[i]) - truth.values[i]) * (curvature[i] > 0.5 ? 1 : 0));
+        return worst;
+    };
+    for (int step = 0; step < 25; ++step) {
+        for (std::size_t i = 0; i < 48; ++i)
+            gradient[i] = curvature[i] * (double(texture.values[i]) - truth.values[i]);
+        EXPECT_EQ(updateByGaussNewton(0.05, {gradient, noise}, TotalVariationBound(texture), moments, texture), 0u);
+    }
+    EXPECT_LT(farthest(), 1e-3);
+}
+
+// The gradient of what is at its minimum is all noise: values stray less than half as far as one full step takes them.
+TEST(GaussNewton, FollowsNoNoise) {
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 32, 32, 3, 0.5f);
+    OptimizerConfig config;
+    config.kind = OptimizerKind::GaussNewton;
+    Moments moments = initialMoments(config, texture);
+    const std::size_t count = texture.entries();
+    std::vector<double> gradient(count), half(count);
+    addCurvature(std::vector<double>(count, 0.05), 0.05f, moments); // curvature 1
+    std::mt19937 random(6);
+    constexpr double kNoise = 0.1;
+    std::normal_distribution<double> normal(0, kNoise * std::sqrt(2));
+    for (int step = 0; step < 40; ++step) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const double a = normal(random), b = normal(random), pull = double(texture.values[i]) - 0.5;
+            gradient[i] = pull + 0.5 * (a + b);
+            half[i] = 0.5 * (a - b);
+        }
+        updateByGaussNewton(0.2, {gradient, half}, TotalVariationBound(texture), moments, texture);
+    }
+    double squares = 0;
+    for (const float value : texture.values)
+        squares += (double(value) - 0.5) * (double(value) - 0.5) / double(count);
+    EXPECT_LT(std::sqrt(squares), 0.5 * kNoise); // full steps and their momentum leave 1.15 kNoise
+    EXPECT_LT(moments.signal, moments.noise);
+}
+
+TEST(GaussNewton, StandsAnyGradient) {
+    for (const double bad : {std::nan(""), double(INFINITY), 1e300, -1e25}) {
+        Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f);
+        OptimizerConfig config;
+        config.kind = OptimizerKind::GaussNewton;
+        Moments moments = initialMoments(config, texture);
+        std::vector<double> product(48, 0.05), gradient(48, 0.1);
+        product[1] = bad;
+        gradient[0] = gradient[1] = bad;
+        addCurvature(product, 0.05f, moments);
+        TotalVariationBound known(texture);
+        known.add(texture, 0.1, 0.01);
+        EXPECT_EQ(updateByGaussNewton(0.02, {gradient, gradient}, known, moments, texture), 2u) << bad;
+        for (const float value : texture.values)
+            EXPECT_TRUE(value >= 0 && value <= 1) << bad;
+        EXPECT_TRUE(std::isfinite(moments.signal) && std::isfinite(moments.noise)) << bad;
+    }
+    // Nothing is known of the curvature: no path met the texture. It stays.
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f);
+    Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
+    const std::vector<double> none(48, 0.0);
+    updateByGaussNewton(0.02, {none, none}, TotalVariationBound(texture), moments, texture);
+    EXPECT_EQ(texture.values, std::vector<float>(48, 0.5f));
+}
+
+OptimizeConfig newtonConfig(OptimizerKind kind) {
+    OptimizeConfig config;
+    config.optimizer.kind = kind;
+    config.optimizer.rates.fill(0.04f);
+    config.sppDifference = 8;
+    config.targets = makeTargets(2, 16, 16);
+    return config;
+}
+
+double errorAfter(OptimizerKind kind, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.3);
+    Optimization run(model, scene, newtonConfig(kind), {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
+    EXPECT_LT(errorAfter(OptimizerKind::Auto, 20), 0.5 * errorAfter(OptimizerKind::Adam, 20));
+    EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
+}
+
+// Pixels that answer to the parameters get the samples, every pixel one at least, and all together about as many as asked for.
+TEST(GaussNewton, ImagesAreSampledWhereTheyAnswer) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.3);
+    Optimization run(model, scene, newtonConfig(OptimizerKind::Auto), {0, 1});
+    run.step();
+    model.calls.clear();
+    run.step();
+    ASSERT_EQ(run.state().pixelShares.size(), 2u);
+    std::uint64_t paths = 0;
+    for (const LinearModel::Call& call : model.calls)
+        paths += call.kind == 'p' ? call.samples : 0;
+    EXPECT_NEAR(double(paths), 2.0 * 8 * 256, 0.1 * 2 * 8 * 256);
+}
+
+TEST(GaussNewton, SaysWhatItNeeds) {
+    const auto refused = [](auto&& change) {
+        OptimizeConfig config = newtonConfig(OptimizerKind::GaussNewton);
+        change(config);
+        Scene scene = makeScene();
+        LinearModel model(scene, 2, 16, 16, 0.3);
+        try {
+            Optimization run(model, scene, config, {0, 1});
+            return false;
+        } catch (const Error& error) {
+            return error.code == ExitCode::Usage && !error.remedy.empty();
+        }
+    };
+    EXPECT_FALSE(refused([](OptimizeConfig&) {}));
+    EXPECT_TRUE(refused([](OptimizeConfig& c) { c.loss = Loss::L1; }));
+    EXPECT_TRUE(refused([](OptimizeConfig& c) { c.sppDifference = 0; }));
+    EXPECT_TRUE(refused([](OptimizeConfig& c) { c.viewsPerStep = 1; }));
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, true), OptimizerKind::GaussNewton);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, false), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Roughness, true), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Sgd, SlotKind::BaseColor, true), OptimizerKind::Sgd);
+}
+
+} // namespace
+} // namespace cmpg::test
