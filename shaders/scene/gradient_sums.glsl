@@ -8,6 +8,10 @@ void addGradient(uint entry, float value, vec2 scale) {
     if (value == 0.0 || local >= push.entries) return;
     uvec2 words;
     bool tooLarge = !toFixedPoint(value * scale.x, scale.y, words);
+    if (!tooLarge && words == uvec2(0)) {
+        atomicOr(statistics[kLostGradient], 1);
+        return;
+    }
     uint before;
     ADD_INTEGER(gradients[local], words, before)
     tooLarge = isLargeSum(before) || tooLarge;

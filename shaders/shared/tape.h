@@ -21,7 +21,8 @@ CMPG_CONST kDroppedDerivative = 1; // non-finite derivative of a vertex
 CMPG_CONST kSaturatedGradient = 2; // contribution or sum too large for the fixed-point sum
 CMPG_CONST kSaturatedRecord = 3; // record of the guide too large for its fixed-point sum
 CMPG_CONST kDroppedPixel = 4; // non-finite sample of a pixel
-CMPG_CONST kStatisticsCount = 5;
+CMPG_CONST kLostGradient = 5; // not a count: 1 once a contribution was rounded to nothing
+CMPG_CONST kStatisticsCount = 6;
 
 CMPG_SHARED_END
 

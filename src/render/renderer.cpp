@@ -22,8 +22,11 @@ using gpu::kModeDifference, gpu::kModeForward, gpu::kModeRender, gpu::kModeRever
 
 constexpr std::uint32_t kPilotSize = 32;  // edge of the pilot image that fixes the scale of the gradient sums
 constexpr double kGradientBits = 48;      // gradient unit = 2^-48 of the pass's expected sum of magnitudes; 2^14 of headroom above it
-constexpr double kCoarsening = 0x1p16;    // of the units when the headroom was too little, and the pass is run again
+constexpr int kCoarsening = 16;           // bits the units lose when the headroom was too little, and the pass is run again
 constexpr int kCoarsenings = 3;           // at most: what is larger still has overflowed as a float
+constexpr std::int64_t kResolved = 1 << 20; // units the largest sum of a pass should have, or rounding to whole ones shows
+constexpr int kRefinement = 28;             // bits the units gain when it has not: then it has at most 2^48, what the unit was made for
+constexpr int kRefinements = 2;             // at most: a second one for what the first unit rounded to nothing
 
 // Decoding 8-bit texels at every look-up costs more than reading floats; only large textures nobody changes stay packed.
 constexpr std::size_t kPackedTexels = std::size_t(1) << 20;
@@ -34,6 +37,12 @@ Scene& unpackSmallTextures(Scene& scene) {
             p.materialise();
     return scene;
 }
+
+// What did not go into the gradient sums of a pass.
+struct Unsummed {
+    std::uint32_t tooLarge = 0; // contributions
+    bool tooSmall = false;      // some were less than half a unit
+};
 
 // Sums over the samples of a pixel, so far.
 struct Gathered {
@@ -76,9 +85,8 @@ struct Renderer::Impl {
 
     const GuideBuffers* guideBuffers() const { return guide ? &guide->buffers : nullptr; }
 
-    // Calls receive(pixel, gathered) for every pixel, in order, when `film`. Returns how many contributions were too large for the
-    // gradient sums.
-    template <class Receive> std::uint32_t run(const FeatureSet::Pass& pass, bool film, const PassInput& in, Receive&& receive) {
+    // Calls receive(pixel, gathered) for every pixel, in order, when `film`.
+    template <class Receive> Unsummed run(const FeatureSet::Pass& pass, bool film, const PassInput& in, Receive&& receive) {
         const bool layers = pass.layers;
         if (guide)
             guide->publish();
@@ -207,17 +215,17 @@ struct Renderer::Impl {
         }
     }
 
-    std::uint32_t countDropped() {
+    Unsummed countDropped() {
         auto counters = pools().statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
         statistics.dropped["shade_vertex: non-finite radiance"] += counters[gpu::kDroppedRadiance];
         statistics.dropped["scan_tape: non-finite derivative"] += counters[gpu::kDroppedDerivative];
         statistics.dropped["gather_film: non-finite sample"] += counters[gpu::kDroppedPixel];
         statistics.dropped["scan_tape: saturated guide record"] += counters[gpu::kSaturatedRecord];
-        const std::uint32_t tooLarge = counters[gpu::kSaturatedGradient];
+        const Unsummed unsummed{counters[gpu::kSaturatedGradient], counters[gpu::kLostGradient] != 0};
         std::fill(counters.begin(), counters.end(), 0u);
         pools().statistics.uploadAll(counters);
         countersOpen = false;
-        return tooLarge;
+        return unsummed;
     }
 
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, Layers* layers, Image* difference = nullptr,
@@ -301,6 +309,27 @@ struct Renderer::Impl {
                 }
         }
         return std::max(std::sqrt(shortest2), 0x1p-10);
+    }
+
+    void clearSums() {
+        const std::uint64_t entries = buffers.gradientEntries();
+        const std::vector<std::int64_t> zeros(std::min<std::uint64_t>(entries, 1u << 20), 0);
+        for (std::uint64_t at = 0; at < entries; at += zeros.size())
+            pools().gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
+    }
+
+    // Whether something was contributed to the gradient sums, but no sum is large enough for rounding not to show. Looks no further
+    // than the first that is.
+    bool poorlyResolved(const Unsummed& unsummed) {
+        constexpr std::uint64_t kPortion = 1u << 18;
+        bool contributed = unsummed.tooSmall;
+        for (std::uint64_t at = 0, entries = buffers.gradientEntries(); at < entries; at += kPortion)
+            for (const std::int64_t sum : pools().gradients.downloadAll<std::int64_t>(std::min(kPortion, entries - at), 8 * at)) {
+                if (sum >= kResolved || sum <= -kResolved)
+                    return false;
+                contributed = contributed || sum != 0;
+            }
+        return contributed;
     }
 
     // Of the next pass.
@@ -434,23 +463,33 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
     const double normalGrowth = 1 / r.shortestNormal();
     double surfaceUnit = 1, normalUnit = 1, emissionUnit = 1;
 
-    const std::uint64_t entries = r.buffers.gradientEntries();
-    const std::vector<std::int64_t> zeros(std::min<std::uint64_t>(entries, 1u << 20), 0);
-    // The expectation can be far too small: a black scene has derivatives and no radiance. Then units get coarser until sums fit.
-    double coarseness = 1;
+    // The expectation can be far too small: a black scene has derivatives and no radiance. Then units get coarser until sums fit. Or far
+    // too large: what is bright need not depend on a parameter. Then they get finer, unless sums are small because large contributions
+    // cancel, which the finer unit cannot hold. Never both, and what comes of it depends on this pass alone.
+    int coarser = 0, finer = 0;
+    bool cancelled = false;
     PassMeasure measure;
-    for (int attempt = 0;; ++attempt, coarseness *= kCoarsening) {
-        in.surfaceScale = fixedPointScale(coarseness * adjointSum * radiance, kGradientBits, surfaceUnit);
-        in.normalScale = fixedPointScale(coarseness * adjointSum * radiance * normalGrowth, kGradientBits, normalUnit);
-        in.emissionScale = fixedPointScale(coarseness * adjointSum, kGradientBits, emissionUnit);
-        for (std::uint64_t at = 0; at < entries; at += zeros.size())
-            r.pools().gradients.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
-        const std::uint32_t tooLarge = r.run(pass, false, in, [](std::size_t, const Gathered&) {});
-        if (attempt == 0)
+    for (bool first = true;; first = false) {
+        const double expected = std::ldexp(adjointSum, kCoarsening * coarser - kRefinement * finer);
+        in.surfaceScale = fixedPointScale(expected * radiance, kGradientBits, surfaceUnit);
+        in.normalScale = fixedPointScale(expected * radiance * normalGrowth, kGradientBits, normalUnit);
+        in.emissionScale = fixedPointScale(expected, kGradientBits, emissionUnit);
+        r.clearSums();
+        const Unsummed unsummed = r.run(pass, false, in, [](std::size_t, const Gathered&) {});
+        if (first)
             measure = r.measure;
+        else
+            ++r.statistics.repeatedPasses;
         in.sampling.keepRecords = false; // once is enough
-        if (tooLarge == 0 || attempt == kCoarsenings) {
-            r.statistics.dropped["scan_tape: saturated gradient"] += tooLarge;
+        if (unsummed.tooLarge > 0 && finer > 0) {
+            cancelled = true;
+            --finer;
+        } else if (unsummed.tooLarge > 0 && coarser < kCoarsenings) {
+            ++coarser;
+        } else if (unsummed.tooLarge == 0 && coarser == 0 && finer < kRefinements && !cancelled && r.poorlyResolved(unsummed)) {
+            ++finer;
+        } else {
+            r.statistics.dropped["scan_tape: saturated gradient"] += unsummed.tooLarge;
             break;
         }
     }

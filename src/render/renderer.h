@@ -111,6 +111,7 @@ struct RenderStatistics {
     std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
     std::map<std::string, std::uint64_t> dropped; // non-finite or saturated contributions, by kernel and kind
+    std::uint64_t repeatedPasses = 0;             // in reverse mode, with another unit of the gradient sums; their paths and rays count again
     std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 };
 
