@@ -13,7 +13,7 @@ constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in
 constexpr double kRouletteRay = 1.2;        // the same of a path that is ended and split, guided or not (docs/bench.md)
 constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
 constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
-constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one
+constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one that counts
 constexpr std::uint32_t kReconsider = 32;   // passes between two later trials
 constexpr std::uint32_t kRefresh = 4;       // passes before such a trial that learn for it
 constexpr double kHopeless = 4;             // a way whose score is so many times the best one's is not tried again
@@ -78,7 +78,8 @@ Sampling SamplingChoice::bestKind() const {
     return ways_[best].kind;
 }
 
-// With roulette before without: where a way pays, it mostly pays with roulette. By derivatives before by light alone, and the unguided last.
+// With roulette before without: where a way pays, it mostly pays with roulette. Guided before unguided, as that is what the guide learned for,
+// and the last way of those first: of the automatic choice, that by light alone, which has to learn least.
 std::optional<std::size_t> SamplingChoice::untried() const {
     for (const bool roulette : {true, false})
         for (const bool guided : {true, false})
@@ -92,8 +93,12 @@ std::optional<std::size_t> SamplingChoice::untried() const {
 bool SamplingChoice::canWin(std::size_t way) const {
     const SamplingWay w = ways_[way];
     const std::size_t split = indexOf({w.kind, true}), plain = indexOf({Sampling::Bsdf, false}), plainSplit = indexOf({Sampling::Bsdf, true});
-    if (w.roulette || w.kind == Sampling::Bsdf || split == ways_.size() || plain == ways_.size())
+    if (w == SamplingWay{Sampling::Bsdf, true})
+        return !(kHopeless * score(indexOf(best())) < score(0));
+    if (w.roulette || w.kind == Sampling::Bsdf || split == ways_.size() || plain == ways_.size() || plainSplit == ways_.size())
         return true;
+    if (state_.figures[plainSplit].passes == 0) // it was not worth trying
+        return w.kind == best().kind;
     const double expected = score(split) * score(plain) / score(plainSplit);
     return !(expected > kCanWin * score(indexOf(best())));
 }
@@ -101,10 +106,10 @@ bool SamplingChoice::canWin(std::size_t way) const {
 std::optional<SamplingChoice::Trial> SamplingChoice::trial() const {
     if (ways_.size() < 2)
         return std::nullopt;
-    if (state_.learned < kLearn)
-        return Trial{ways_.front(), state_.learned == 0, state_.learned + 1 == kLearn};
+    if (state_.learned == 0)
+        return Trial{ways_.front(), true, true};
     const std::optional<std::size_t> way = untried();
-    return way ? std::optional(Trial{ways_[*way], true, true}) : std::nullopt;
+    return way ? std::optional(Trial{ways_[*way], false, state_.learned >= kLearn}) : std::nullopt;
 }
 
 void SamplingChoice::endTrial(const SamplingWay& way) {

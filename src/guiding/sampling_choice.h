@@ -33,13 +33,13 @@ class SamplingChoice {
   public:
     explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{std::vector<SamplingFigures>(ways_.size()), std::vector<double>(ways_.size())}, differences_(ways_.size()) {}
 
-    // Trials of an optimisation, one round: the guide learns from a few passes of the first way, in the last of which that way is measured;
-    // then every other way is tried once, those with roulette first, the others only where they can still win. What comes next; none: the
-    // round is over.
+    // Trials of an optimisation, one round: the guide learns from a pass of the first way, which is measured, and from two of the way to be
+    // tried next, whose gradients are better where guides pay: an optimiser remembers noisy ones. Then every other way is tried once, those with
+    // roulette first, the rest only where they can still win. What comes next; none: the round is over.
     struct Trial {
         SamplingWay way;
-        bool newKind = false;  // of passes: kernels are needed that no earlier trial had
-        bool measured = false; // for observeRepetition(); the passes before only learn
+        bool first = false;    // it needs kernels that the others share
+        bool measured = false; // for observeRepetition(); else it only learns
     };
     std::optional<Trial> trial() const;
     void endTrial(const SamplingWay& way);

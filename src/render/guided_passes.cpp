@@ -11,7 +11,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8, kRepetition = 16;
+constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8;
 constexpr std::uint32_t kGatePasses = 2; // of each way
 constexpr double kRecordCost = 0.33;     // of recording and measuring, in passes
 constexpr double kMostNoise = 100;       // what is told of a gradient that is noise alone
@@ -41,7 +41,7 @@ std::pair<double, double> norms(const Image& adjoint) {
     return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
 }
 
-PassKey secondHalf(const PassKey& key) { return {key.seed, key.step, key.pass + kRepetition}; }
+PassKey secondHalf(const PassKey& key) { return {key.seed, key.step, key.pass + kSecondHalf}; }
 
 // Of a pass in two halves: paths and rays of both, what it measured on average.
 PassMeasure meanOf(PassMeasure a, const PassMeasure& b) {
@@ -115,7 +115,19 @@ struct GuidedPasses::Impl {
     PassSampling nextPass(Renderer::Mode mode) const {
         const bool image = isImage(mode);
         const SamplingWay way = image ? imageWay() : derivativeWay();
-        return {.kind = way.kind, .record = recording(), .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = options.positivize && !image};
+        PassSampling sampling = kernelsOf(recording());
+        sampling.kind = way.kind;
+        sampling.roulette = way.roulette && mode == Renderer::Mode::Reverse;
+        sampling.sign = options.positivize && !image;
+        return sampling;
+    }
+
+    // The steps that learn share their kernels, whatever the ways that they try.
+    PassSampling kernelsOf(bool record) const {
+        const auto has = [&](auto&& what) { return std::any_of(derivatives.ways().begin(), derivatives.ways().end(), what); };
+        return {.record = record,
+                .guidedKernels = record && learning && has([](const SamplingWay& w) { return w.kind != Sampling::Bsdf; }),
+                .rouletteKernels = record && learning && has([](const SamplingWay& w) { return w.roulette; })};
     }
 
     // What is drawn by when nothing is learned.
@@ -140,8 +152,7 @@ struct GuidedPasses::Impl {
     }
 
     void planTrial(const SamplingChoice::Trial& trial) {
-        const bool first = trial.way == derivatives.ways().front();                // images are recorded, too
-        const std::uint32_t newKinds = trial.newKind ? (first ? 2 : 1) : 0;
+        const std::uint32_t newKinds = trial.first ? 2 : 0; // images are recorded, too
         const bool asked = options.atOnce || derivatives.ways().front() != SamplingWay{}; // for a guide
         if (asked || exploration.allows(newKinds)) {
             plan.derivative = trial.way;
@@ -155,11 +166,10 @@ struct GuidedPasses::Impl {
 
     // Where derivative passes found the guide to pay, images may be drawn from it, too.
     void planImageTrial(const SamplingChoice::Trial& trial) {
-        if (!plan.record || trial.way == images.ways().front() || derivatives.best().kind == Sampling::Bsdf || !exploration.allows(trial.newKind))
+        if (!plan.record || trial.way == images.ways().front() || derivatives.best().kind == Sampling::Bsdf || !exploration.allows(0))
             return;
         plan.image = trial.way;
         plan.imageTrial = true;
-        plan.newKinds += trial.newKind;
     }
 
     bool recording() const { return learning && plan.record; }
@@ -225,12 +235,13 @@ struct GuidedPasses::Impl {
     }
 
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
-        renderer.setSampling({.kind = way.kind,
-                              .record = record,
-                              .measure = gating,
-                              .roulette = way.roulette,
-                              .sign = sign,
-                              .reference = reference * meanAdjoint});
+        PassSampling sampling = kernelsOf(record);
+        sampling.kind = way.kind;
+        sampling.measure = gating;
+        sampling.roulette = way.roulette;
+        sampling.sign = sign;
+        sampling.reference = reference * meanAdjoint;
+        renderer.setSampling(sampling);
     }
 
     // Records and measures one pass of any mode, then rebuilds. `run` returns its result, entry by entry.
@@ -290,13 +301,16 @@ struct GuidedPasses::Impl {
 GuidedPasses::GuidedPasses(Renderer& renderer, const GuidedOptions& options) : impl_(std::make_unique<Impl>(renderer, options)) {}
 GuidedPasses::~GuidedPasses() = default;
 
-void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool learning) {
+void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes) {
     for (const Renderer::Mode mode : modes) {
-        if (learning)
-            impl_->renderer.prepare(mode, {}); // steps that rest
+        if (impl_->learning) { // steps that learn, and others
+            impl_->renderer.prepare(mode, impl_->kernelsOf(true));
+            impl_->renderer.prepare(mode, {});
+            continue;
+        }
         for (const SamplingWay& way : (isImage(mode) ? impl_->images : impl_->derivatives).ways())
             if (!way.roulette || mode == Renderer::Mode::Reverse)
-                impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette}, false, true);
+                impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette}, false, true);
     }
 }
 
@@ -399,9 +413,13 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
 }
 
 Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key) {
-    PassSampling sampling{.kind = impl_->settledWay(impl_->images).kind, .keepRecords = false};
-    // With the kernels of a step, if others would have to be compiled.
-    sampling.record = impl_->recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, sampling);
+    PassSampling sampling{.kind = impl_->settledWay(impl_->images).kind};
+    if (impl_->recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, sampling)) { // others would have to be compiled
+        const Sampling kind = sampling.kind;
+        sampling = impl_->kernelsOf(true);
+        sampling.kind = kind;
+    }
+    sampling.keepRecords = false;
     impl_->renderer.setSampling(sampling);
     return impl_->renderer.render(view, spp, key);
 }

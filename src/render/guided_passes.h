@@ -41,8 +41,9 @@ class GuidedPasses {
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 
-    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; with or without recording.
-    void prepare(std::initializer_list<Renderer::Mode> modes, bool learning);
+    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; where setLearning() turned learning on,
+    // those of its steps.
+    void prepare(std::initializer_list<Renderer::Mode> modes);
     // The same for the next pass of a mode alone, as it is decided now.
     void prepareNext(Renderer::Mode mode, bool layers = false);
     // Begins to make the kernels of the next pass of each of these modes, and returns.
