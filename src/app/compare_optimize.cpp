@@ -28,8 +28,8 @@ class Run {
           passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, viewsOf(subject), subject.options.freeze.value_or(~0u)) {
         const Renderer::Mode image = carriesImages(config, viewsOf(subject).size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
         renderer_.prepare({image, Renderer::Mode::Reverse});
-        passes_.prepare({image, Renderer::Mode::Reverse}, method.learns());
         passes_.setLearning(method.learns());
+        passes_.prepare({image, Renderer::Mode::Reverse});
         config.targets = {subject.target};
         config.targets.insert(config.targets.end(), subject.furtherTargets.begin(), subject.furtherTargets.end());
         optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);

@@ -43,7 +43,8 @@ GuidedOptions guidedOptions(const Options& options) {
     return {.sampling = options.sampling,
             .pixels = options.pixelSampling.value_or(PixelSampling::Adjoint),
             .positivize = options.positivize,
-            .roulette = options.roulette};
+            .roulette = options.roulette,
+            .atOnce = !options.saveGuide.empty()};
 }
 
 bool usesGuide(const Options& options) {

@@ -13,10 +13,11 @@ constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in
 constexpr double kRouletteRay = 1.2;        // the same of a path that is ended and split, guided or not (docs/bench.md)
 constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
 constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
-constexpr std::uint32_t kRounds = 2;        // every way is tried so often before one is chosen
+constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one that counts
 constexpr std::uint32_t kReconsider = 32;   // passes between two later trials
 constexpr std::uint32_t kRefresh = 4;       // passes before such a trial that learn for it
 constexpr double kHopeless = 4;             // a way whose score is so many times the best one's is not tried again
+constexpr double kCanWin = 1.5;             // nor at all, where others let expect so many times the best one's
 
 } // namespace
 
@@ -38,11 +39,18 @@ bool SamplingChoice::differencesTell() const {
     return true;
 }
 
+bool SamplingChoice::ratiosTell() const {
+    for (std::size_t i = 0; i < ways_.size(); ++i)
+        if (state_.figures[i].passes > 0 && state_.ratios[i] == 0)
+            return false;
+    return true;
+}
+
 SamplingFigures SamplingChoice::figures(std::size_t way) const {
     SamplingFigures f = state_.figures[way];
     if (!ways_[way].roulette && differencesTell())
         f.variance = *differences_[way].variance() * unit_;
-    else if (std::find(state_.ratios.begin(), state_.ratios.end(), 0.0) == state_.ratios.end())
+    else if (ratiosTell())
         f.variance *= state_.ratios[way];
     return f;
 }
@@ -70,27 +78,59 @@ Sampling SamplingChoice::bestKind() const {
     return ways_[best].kind;
 }
 
-SamplingWay SamplingChoice::next(std::uint32_t pass) const {
-    const std::uint32_t count = std::uint32_t(ways_.size());
-    if (pass < kRounds * count)
-        return ways_[pass % count];
-    const SamplingWay chosen = best();
-    const std::size_t other = pass / kReconsider % count;
-    if (pass % kReconsider == 0 && score(other) < kHopeless * score(indexOf(chosen)))
-        return ways_[other];
-    return chosen;
+// With roulette before without: where a way pays, it mostly pays with roulette. Guided before unguided, as that is what the guide learned for,
+// and the last way of those first: of the automatic choice, that by light alone, which has to learn least.
+std::optional<std::size_t> SamplingChoice::untried() const {
+    for (const bool roulette : {true, false})
+        for (const bool guided : {true, false})
+            for (std::size_t i = ways_.size(); i-- > 1;)
+                if (ways_[i].roulette == roulette && (ways_[i].kind != Sampling::Bsdf) == guided && (state_.tried >> i & 1) == 0 && canWin(i))
+                    return i;
+    return std::nullopt;
 }
 
-bool SamplingChoice::repeats(std::uint32_t pass) const {
-    const std::uint32_t count = std::uint32_t(ways_.size());
-    if (pass < kRounds * count)
-        return count > 1 && pass >= (kRounds - 1) * count;
-    return count > 1 && pass % kReconsider == 0 && pass / kReconsider / count % 2 == 1;
+// What roulette did to the unguided way is what it is expected to have done to a guided one.
+bool SamplingChoice::canWin(std::size_t way) const {
+    const SamplingWay w = ways_[way];
+    const std::size_t split = indexOf({w.kind, true}), plain = indexOf({Sampling::Bsdf, false}), plainSplit = indexOf({Sampling::Bsdf, true});
+    if (w == SamplingWay{Sampling::Bsdf, true})
+        return !(kHopeless * score(indexOf(best())) < score(0));
+    if (w.roulette || w.kind == Sampling::Bsdf || split == ways_.size() || plain == ways_.size() || plainSplit == ways_.size())
+        return true;
+    if (state_.figures[plainSplit].passes == 0) // it was not worth trying
+        return w.kind == best().kind;
+    const double expected = score(split) * score(plain) / score(plainSplit);
+    return !(expected > kCanWin * score(indexOf(best())));
+}
+
+std::optional<SamplingChoice::Trial> SamplingChoice::trial() const {
+    if (ways_.size() < 2)
+        return std::nullopt;
+    if (state_.learned == 0)
+        return Trial{ways_.front(), true, true};
+    const std::optional<std::size_t> way = untried();
+    return way ? std::optional(Trial{ways_[*way], false, state_.learned >= kLearn}) : std::nullopt;
+}
+
+void SamplingChoice::endTrial(const SamplingWay& way) {
+    if (state_.learned < kLearn)
+        ++state_.learned;
+    else
+        state_.tried |= 1u << indexOf(way);
+}
+
+SamplingWay SamplingChoice::next(std::uint32_t pass) const {
+    return tries(pass) ? ways_[pass / kReconsider % ways_.size()] : best();
+}
+
+bool SamplingChoice::tries(std::uint32_t pass) const {
+    const std::size_t other = pass / kReconsider % ways_.size();
+    return ways_.size() > 1 && pass % kReconsider == 0 && score(other) < kHopeless * score(indexOf(best()));
 }
 
 bool SamplingChoice::rests(std::uint32_t pass) const {
     const std::uint32_t sinceTrial = pass % kReconsider;
-    return pass >= kRounds * ways_.size() && best() == SamplingWay{} && sinceTrial > 0 && sinceTrial < kReconsider - kRefresh;
+    return !trial() && best() == SamplingWay{} && sinceTrial > 0 && sinceTrial < kReconsider - kRefresh;
 }
 
 void SamplingChoice::observe(const SamplingWay& way, double variance, double raysPerPath, bool drifting) {

@@ -5,6 +5,7 @@
 #include "guiding/sampling.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,14 +33,21 @@ class SamplingChoice {
   public:
     explicit SamplingChoice(std::vector<SamplingWay> ways) : ways_(std::move(ways)), state_{std::vector<SamplingFigures>(ways_.size()), std::vector<double>(ways_.size())}, differences_(ways_.size()) {}
 
-    // The way to try in pass number `pass` of a run that learns: ways in turn at first, then the best, and now and then another that is
-    // not far behind, since the guide changes.
+    // Trials of an optimisation, one round: the guide learns from a pass of the first way, which is measured, and from two of the way to be
+    // tried next, whose gradients are better where guides pay: an optimiser remembers noisy ones. Then every other way is tried once, those with
+    // roulette first, the rest only where they can still win. What comes next; none: the round is over.
+    struct Trial {
+        SamplingWay way;
+        bool first = false;    // it needs kernels that the others share
+        bool measured = false; // for observeRepetition(); else it only learns
+    };
+    std::optional<Trial> trial() const;
+    void endTrial(const SamplingWay& way);
+    // After that round, the way of pass number `pass`: the best, and now and then another that is not far behind, since the guide changes.
     SamplingWay next(std::uint32_t pass) const;
-    // Whether that pass is to run twice, for observeRepetition(): once for every way in the second round, the first that has a guide, and
-    // in every other round of later trials.
-    bool repeats(std::uint32_t pass) const;
-    // Whether nothing has to be learned in that pass: the way found best needs no guide, and no trial is near. Trials come every 32nd pass;
-    // the guide learns for them in the four before.
+    bool tries(std::uint32_t pass) const; // whether that pass is such a trial
+    // Whether nothing has to be learned in that pass: the round is over, the way found best needs no guide, and no trial is near. Trials
+    // come every 32nd pass; the guide learns for them in the four before.
     bool rests(std::uint32_t pass) const;
     SamplingWay best() const;  // of those that were measured; the first where none was
     Sampling bestKind() const; // of the ways without roulette
@@ -50,8 +58,8 @@ class SamplingChoice {
     // variance(), for a variance summed over the result's entries. Where passes of every way without roulette can be told apart by it, the
     // figures hold the variance from differences in place of the one observed.
     void observeResult(const SamplingWay& way, std::span<const double> result, double unit);
-    // The variance of a pass that ran twice, from how its results differ, over that which observe() was told. Once it is known for every way,
-    // figures count it in: only it sees what Sobol points gain, and it holds while the variance itself drifts.
+    // The variance of a pass that ran in two halves, from how their results differ, over that which observe() was told. While it is known for
+    // every way that was measured, figures count it in: only it sees what Sobol points gain, and it holds while the variance itself drifts.
     void observeRepetition(const SamplingWay& way, double ratio);
     // The way of a kind with roulette, by ratios to the one without.
     void observeRoulette(Sampling kind, double varianceRatio, double raysRatio);
@@ -64,6 +72,7 @@ class SamplingChoice {
         std::vector<SamplingFigures> figures;
         std::vector<double> ratios; // of observeRepetition(); 0: not known
         std::size_t last = ~std::size_t(0); // way observed last
+        std::uint32_t learned = 0, tried = 0; // passes that learned for the round; a bit for every way that was tried in it
     };
     const State& state() const { return state_; }
     void restore(State state) { // of as many ways
@@ -76,6 +85,9 @@ class SamplingChoice {
   private:
     std::size_t indexOf(const SamplingWay& way) const; // ways_.size(): none
     bool differencesTell() const;                      // the variance of every way without roulette
+    bool ratiosTell() const;                           // of every way that was measured
+    bool canWin(std::size_t way) const;
+    std::optional<std::size_t> untried() const; // to be tried next
 
     std::vector<SamplingWay> ways_;
     State state_; // variances from moments

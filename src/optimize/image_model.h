@@ -4,8 +4,6 @@
 #include "base/byte_stream.h"
 #include "render/renderer.h"
 
-#include <algorithm>
-
 namespace cmpg {
 
 class ImageModel {
@@ -35,22 +33,7 @@ class ImageModel {
     // As reverse(), in two halves of `spp` / 2 samples, one at least, with numbers of their own: adds their mean, and to `half` half of how they
     // differ.
     virtual std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                                        std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half) {
-        constexpr std::uint32_t kSecondHalf = 5; // as in PassKey
-        std::vector<std::vector<double>> first, second;
-        for (const std::vector<double>& g : gradients)
-            first.emplace_back(g.size());
-        second = first;
-        const std::uint32_t samples = std::max(1u, spp / 2);
-        const std::uint64_t paths = reverse(view, samples, key, adjoint, first) +
-                                    reverse(view, samples, {key.seed, key.step, key.pass + kSecondHalf, key.firstSample}, adjoint, second);
-        for (std::size_t p = 0; p < gradients.size(); ++p)
-            for (std::size_t i = 0; i < gradients[p].size(); ++i) {
-                gradients[p][i] += 0.5 * (first[p][i] + second[p][i]);
-                half[p][i] += 0.5 * (first[p][i] - second[p][i]);
-            }
-        return paths;
-    }
+                                        std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half) = 0;
     virtual double concentration() const { return 0; }
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
     // After the passes of a step, before its update: the model may learn from them.

@@ -26,6 +26,10 @@ class RendererModel final : public ImageModel {
                           std::vector<std::vector<double>>& gradients) override {
         return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);
     }
+    std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                                std::vector<std::vector<double>>& half) override {
+        return passes_.reverseHalves(views_.at(view), spp, key, adjoint, gradients, half);
+    }
     std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                std::vector<std::vector<double>>& gradients) override {
         return passes_.reverseApart(views_.at(view), spp, key, adjoint, gradients);

@@ -11,8 +11,10 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8, kRepetition = 16;
+constexpr std::uint32_t kLearningPass = 3, kGatePass = 4, kSecondHalf = 5, kNegativeHalf = 8;
 constexpr std::uint32_t kGatePasses = 2; // of each way
+constexpr double kRecordCost = 0.33;     // of recording and measuring, in passes
+constexpr double kMostNoise = 100;       // what is told of a gradient that is noise alone
 
 bool isImage(Renderer::Mode mode) { return mode == Renderer::Mode::Render || mode == Renderer::Mode::Difference; }
 
@@ -39,9 +41,9 @@ std::pair<double, double> norms(const Image& adjoint) {
     return {squares, sum / double(std::max<std::size_t>(1, adjoint.values.size()))};
 }
 
-PassKey repetition(const PassKey& key) { return {key.seed, key.step, key.pass + kRepetition}; }
+PassKey secondHalf(const PassKey& key) { return {key.seed, key.step, key.pass + kSecondHalf}; }
 
-// Of a pass that ran twice: paths and rays of both, what it measured on average.
+// Of a pass in two halves: paths and rays of both, what it measured on average.
 PassMeasure meanOf(PassMeasure a, const PassMeasure& b) {
     a.add(b);
     a.variance /= 2;
@@ -55,6 +57,16 @@ std::vector<double> entries(const Image& image) {
     for (double& v : all)
         v /= std::sqrt(double(image.channels));
     return all;
+}
+
+// sum[p][i] += (a[p][i] + sign b[p][i]) / 2
+void addHalf(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b, double sign, std::vector<std::vector<double>>& sum) {
+    sum.resize(a.size());
+    for (std::size_t p = 0; p < a.size(); ++p) {
+        sum[p].resize(a[p].size());
+        for (std::size_t i = 0; i < a[p].size(); ++i)
+            sum[p][i] += 0.5 * (a[p][i] + sign * b[p][i]);
+    }
 }
 
 std::vector<double> entries(const std::vector<std::vector<double>>& gradients) {
@@ -72,23 +84,40 @@ struct GuidedPasses::Impl {
     SamplingChoice images, derivatives; // ways of primal passes, and of derivative passes in either mode
     bool trained = false;               // by passes of this run or of the one that saved the guide
     double reference = 0;               // of the roulette, for a mean |adjoint| of 1
+    Exploration exploration;
     struct Figures {
         SamplingChoice images, derivatives;
+        Exploration exploration;
         double reference;
     };
-    Figures stepStart{images, derivatives, 0}; // what an abandoned step goes back to
+    Figures stepStart{images, derivatives, exploration, 0}; // what an abandoned step goes back to
     bool learning = false, gating = false; // the passes to come are for the guide; for the gate of the roulette
-    bool resting = false;                  // nothing of this step is learned from, whether learning or not
+    // How a step that learns draws. It holds for all its views.
+    struct Plan {
+        SamplingWay image, derivative;
+        bool record = false;
+        bool halves = false; // derivative passes: to tell their noise
+        bool trial = false, imageTrial = false;
+        std::uint32_t newKinds = 0; // of passes, for a trial
+    };
+    Plan plan;
+    struct StepSums {
+        std::uint64_t rays = 0;
+        std::vector<double> noise, signal; // by parameter: squared standard error of the gradient, squared length; of halves
+    };
+    StepSums sums;
     std::uint32_t step = 0;
     double seconds = 0, concentration = 0;
 
     Impl(Renderer& r, const GuidedOptions& o)
-        : renderer(r), options(o), images(waysOf(o.sampling, false, false)), derivatives(waysOf(o.sampling, true, o.roulette)) {}
+        : renderer(r), options(o), images(waysOf(o.sampling, false, false)), derivatives(waysOf(o.sampling, true, o.roulette)) {
+        beginStep();
+    }
 
-    SamplingWay imageWay() const { return learning ? images.next(step) : images.best(); }
+    SamplingWay imageWay() const { return learning ? plan.image : images.best(); }
     SamplingWay derivativeWay() const {
         if (learning)
-            return derivatives.next(step);
+            return plan.derivative;
         return trained ? derivatives.best() : SamplingWay{derivatives.ways()[0].kind, false};
     }
 
@@ -96,18 +125,104 @@ struct GuidedPasses::Impl {
     PassSampling nextPass(Renderer::Mode mode) const {
         const bool image = isImage(mode);
         const SamplingWay way = image ? imageWay() : derivativeWay();
-        return {.kind = way.kind, .record = recording(), .roulette = way.roulette && mode == Renderer::Mode::Reverse, .sign = options.positivize && !image};
+        PassSampling sampling = kernelsOf(recording());
+        sampling.kind = way.kind;
+        sampling.roulette = way.roulette && mode == Renderer::Mode::Reverse;
+        sampling.sign = options.positivize && !image;
+        return sampling;
+    }
+
+    // The steps that learn share their kernels, whatever the ways that they try.
+    PassSampling kernelsOf(bool record) const {
+        const auto has = [&](auto&& what) { return std::any_of(derivatives.ways().begin(), derivatives.ways().end(), what); };
+        return {.record = record,
+                .guidedKernels = record && learning && has([](const SamplingWay& w) { return w.kind != Sampling::Bsdf; }),
+                .rouletteKernels = record && learning && has([](const SamplingWay& w) { return w.roulette; })};
     }
 
     // What is drawn by when nothing is learned.
     SamplingWay settledWay(const SamplingChoice& choice) const { return {trained ? choice.best().kind : choice.ways()[0].kind, false}; }
 
     void beginStep() {
-        stepStart = {images, derivatives, reference};
-        resting = images.rests(step) && derivatives.rests(step);
+        stepStart = {images, derivatives, exploration, reference};
+        sums = {};
+        plan = {.image = images.ways().front(), .derivative = derivatives.ways().front()};
+        const bool imageTrialsLeft = images.trial().has_value();
+        if (const std::optional<SamplingChoice::Trial> trial = derivatives.trial()) {
+            planTrial(*trial);
+        } else {
+            plan.derivative = derivatives.next(step);
+            plan.halves = derivatives.tries(step);
+            plan.record = !(derivatives.rests(step) && (imageTrialsLeft || images.rests(step)));
+            if (imageTrialsLeft)
+                planImageTrial(*images.trial());
+        }
+        if (!imageTrialsLeft)
+            plan.image = images.next(step);
     }
 
-    bool recording() const { return learning && !resting; }
+    void planTrial(const SamplingChoice::Trial& trial) {
+        const std::uint32_t newKinds = trial.first ? 2 : 0; // images are recorded, too
+        const bool asked = options.atOnce || derivatives.ways().front() != SamplingWay{}; // for a guide
+        if (asked || exploration.allows(newKinds)) {
+            plan.derivative = trial.way;
+            plan.record = plan.trial = true;
+            plan.halves = trial.measured;
+            plan.newKinds = newKinds;
+        } else {
+            plan.halves = exploration.watches(step);
+        }
+    }
+
+    // Where derivative passes found the guide to pay, images may be drawn from it, too.
+    void planImageTrial(const SamplingChoice::Trial& trial) {
+        if (!plan.record || trial.way == images.ways().front() || derivatives.best().kind == Sampling::Bsdf || !exploration.allows(0))
+            return;
+        plan.image = trial.way;
+        plan.imageTrial = true;
+    }
+
+    bool recording() const { return learning && plan.record; }
+
+    // Of a derivative pass in halves, whose mean is in `gradients` now.
+    void addNoise(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b, const std::vector<std::vector<double>>& gradients) {
+        sums.noise.resize(gradients.size());
+        sums.signal.resize(gradients.size());
+        for (std::size_t p = 0; p < gradients.size(); ++p) {
+            double noise = 0, signal = 0;
+            for (std::size_t k = 0; k < gradients[p].size(); ++k) {
+                const double difference = a[p][k] - b[p][k], mean = gradients[p][k];
+                if (std::isfinite(difference) && std::isfinite(mean)) {
+                    noise += difference * difference / 4;
+                    signal += mean * mean;
+                }
+            }
+            sums.noise[p] += noise;
+            sums.signal[p] = signal; // of all views so far
+        }
+    }
+
+    // Of a step: noise over signal, of the parameter whose gradient has most.
+    std::optional<double> noise() const {
+        std::optional<double> most;
+        for (std::size_t p = 0; p < sums.noise.size(); ++p)
+            if (sums.noise[p] > 0)
+                most = std::max(most.value_or(0), sums.noise[p] / std::max(sums.signal[p] - sums.noise[p], sums.noise[p] / kMostNoise));
+        return most;
+    }
+
+    void finishStep() {
+        if (plan.halves && plan.derivative == SamplingWay{})
+            if (const std::optional<double> told = noise())
+                exploration.observeNoise(*told);
+        const double kernels = kKernelRays * plan.newKinds, rays = double(sums.rays);
+        exploration.spend(rays + kernels, kernels + (plan.trial ? kRecordCost * rays : 0));
+        if (plan.trial)
+            derivatives.endTrial(plan.derivative);
+        const bool learnedImages = plan.record && images.trial() && images.trial()->way == images.ways().front();
+        if (plan.imageTrial || learnedImages)
+            images.endTrial(plan.image);
+    }
 
     SamplingDecision decide(const SamplingChoice& choice) const {
         SamplingDecision d;
@@ -120,8 +235,6 @@ struct GuidedPasses::Impl {
         return d;
     }
 
-    bool repeating(const SamplingChoice& choice) const { return recording() && choice.repeats(step); }
-
     // Two results of one pass with numbers of their own, whose variance moments of single paths put at `moments`.
     static void compare(SamplingChoice& choice, const SamplingWay& way, std::span<const double> a, std::span<const double> b, double moments) {
         PassDifferences differences;
@@ -132,13 +245,14 @@ struct GuidedPasses::Impl {
     }
 
     void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0, bool keepRecords = true) {
-        renderer.setSampling({.kind = way.kind,
-                              .record = record,
-                              .keepRecords = keepRecords,
-                              .measure = gating,
-                              .roulette = way.roulette,
-                              .sign = sign,
-                              .reference = reference * meanAdjoint});
+        PassSampling sampling = kernelsOf(record);
+        sampling.kind = way.kind;
+        sampling.keepRecords = keepRecords;
+        sampling.measure = gating;
+        sampling.roulette = way.roulette;
+        sampling.sign = sign;
+        sampling.reference = reference * meanAdjoint;
+        renderer.setSampling(sampling);
     }
 
     // Records and measures one pass of any mode, then rebuilds. `run` returns its result, entry by entry.
@@ -171,6 +285,10 @@ struct GuidedPasses::Impl {
         return renderer.lastPass().paths;
     }
 
+    // Learned from, if steps learn. `half`: as in reverseHalves(); null: whole, unless the halves are to tell something.
+    std::uint64_t learnedReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>* half);
+
     // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included. In the units of the learning
     // passes, which ran without either.
     void gate(const View& view, std::uint32_t spp, std::uint64_t seed, const Image& adjoint, double meanAdjoint) {
@@ -198,11 +316,17 @@ struct GuidedPasses::Impl {
 GuidedPasses::GuidedPasses(Renderer& renderer, const GuidedOptions& options) : impl_(std::make_unique<Impl>(renderer, options)) {}
 GuidedPasses::~GuidedPasses() = default;
 
-void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes, bool learning) {
-    for (const Renderer::Mode mode : modes)
+void GuidedPasses::prepare(std::initializer_list<Renderer::Mode> modes) {
+    for (const Renderer::Mode mode : modes) {
+        if (impl_->learning) { // steps that learn, and others
+            impl_->renderer.prepare(mode, impl_->kernelsOf(true));
+            impl_->renderer.prepare(mode, {});
+            continue;
+        }
         for (const SamplingWay& way : (isImage(mode) ? impl_->images : impl_->derivatives).ways())
             if (!way.roulette || mode == Renderer::Mode::Reverse)
-                impl_->renderer.prepare(mode, {.kind = way.kind, .record = learning, .roulette = way.roulette}, false, true);
+                impl_->renderer.prepare(mode, {.kind = way.kind, .roulette = way.roulette}, false, true);
+    }
 }
 
 void GuidedPasses::prepareNext(Renderer::Mode mode, bool layers) {
@@ -255,6 +379,7 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     p.use(way, p.recording());
     Image image = p.renderer.render(view, spp, key, layers);
     const PassMeasure m = p.renderer.lastPass();
+    p.sums.rays += m.rays;
     if (p.recording() && m.paths > 0)
         p.images.observe(way, m.variance * spp, double(m.rays) / double(m.paths));
     return image;
@@ -274,6 +399,7 @@ ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, cons
             halves.half[h].image = p.renderer.render(view, halves.samples, own);
         sum.add(p.renderer.lastPass());
     }
+    p.sums.rays += sum.rays;
     if (p.recording() && sum.paths > 0) {
         PassDifferences differences;
         for (const ImageDifference& half : halves.half)
@@ -302,9 +428,13 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
 }
 
 Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key) {
-    PassSampling sampling{.kind = impl_->settledWay(impl_->images).kind, .keepRecords = false};
-    // With the kernels of a step, if others would have to be compiled.
-    sampling.record = impl_->recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, sampling);
+    PassSampling sampling{.kind = impl_->settledWay(impl_->images).kind};
+    if (impl_->recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, sampling)) { // others would have to be compiled
+        const Sampling kind = sampling.kind;
+        sampling = impl_->kernelsOf(true);
+        sampling.kind = kind;
+    }
+    sampling.keepRecords = false;
     impl_->renderer.setSampling(sampling);
     return impl_->renderer.render(view, spp, key);
 }
@@ -322,44 +452,58 @@ void GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& k
 
 std::uint64_t GuidedPasses::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                     std::vector<std::vector<double>>& gradients) {
-    Impl& p = *impl_;
+    return impl_->learnedReverse(view, spp, key, adjoint, gradients, nullptr);
+}
+
+std::uint64_t GuidedPasses::reverseHalves(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                          std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half) {
+    return impl_->learnedReverse(view, spp, key, adjoint, gradients, &half);
+}
+
+std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>* half) {
+    Impl& p = *this;
     const SamplingWay way = p.derivativeWay();
     const std::pair<double, double> adjointNorms = norms(adjoint);
     const double squares = adjointNorms.first, mean = adjointNorms.second;
-    const auto estimate = [&](const PassKey& k, std::vector<std::vector<double>>& out) {
+    const auto estimate = [&](std::uint32_t samples, const PassKey& k, std::vector<std::vector<double>>& out) {
         PassMeasure sum;
-        const auto pass = [&](std::uint32_t samples, const PassKey& own, int sign) {
-            p.reverse(view, samples, own, adjoint, mean, way, sign, out);
+        const auto pass = [&](std::uint32_t n, const PassKey& own, int sign) {
+            p.reverse(view, n, own, adjoint, mean, way, sign, out);
             sum.add(p.renderer.lastPass());
         };
         if (p.options.positivize) {
-            const std::uint32_t half = std::max(1u, spp / 2);
-            pass(half, k, 1);
-            pass(half, {k.seed, k.step, k.pass + kNegativeHalf}, -1);
+            const std::uint32_t each = std::max(1u, samples / 2);
+            pass(each, k, 1);
+            pass(each, {k.seed, k.step, k.pass + kNegativeHalf}, -1);
             sum.reference /= 2; // each half met all derivatives
         } else {
-            pass(spp, k, 0);
+            pass(samples, k, 0);
         }
         return sum;
     };
     PassMeasure sum;
-    if (p.repeating(p.derivatives)) {
+    std::uint32_t samples = spp;
+    const bool told = p.learning && p.plan.halves; // SamplingChoice and Exploration are
+    if (half || told) {
+        samples = (spp + 1) / 2;
         std::vector<std::vector<double>> first, second;
-        sum = estimate(key, first);
-        sum = meanOf(sum, estimate(repetition(key), second));
-        p.compare(p.derivatives, way, entries(first), entries(second), sum.variance);
-        gradients.resize(first.size());
-        for (std::size_t i = 0; i < first.size(); ++i) {
-            gradients[i].resize(first[i].size());
-            for (std::size_t k = 0; k < first[i].size(); ++k)
-                gradients[i][k] += 0.5 * (first[i][k] + second[i][k]);
-        }
+        sum = estimate(samples, key, first);
+        sum = meanOf(sum, estimate(samples, secondHalf(key), second));
+        if (told)
+            p.compare(p.derivatives, way, entries(first), entries(second), sum.variance);
+        addHalf(first, second, 1, gradients);
+        if (half)
+            addHalf(first, second, -1, *half);
+        if (told)
+            p.addNoise(first, second, gradients);
     } else {
-        sum = estimate(key, gradients);
+        sum = estimate(spp, key, gradients);
     }
+    p.sums.rays += sum.rays;
     p.concentration = sum.concentration;
     if (p.recording() && sum.paths > 0 && squares > 0) {
-        p.derivatives.observe(way, sum.variance * spp / squares, double(sum.rays) / double(sum.paths), true);
+        p.derivatives.observe(way, sum.variance * samples / squares, double(sum.rays) / double(sum.paths), true);
         if (mean > 0)
             p.reference = sum.reference / mean;
     }
@@ -376,7 +520,9 @@ void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
 void GuidedPasses::abandonStep() {
     impl_->images = impl_->stepStart.images;
     impl_->derivatives = impl_->stepStart.derivatives;
+    impl_->exploration = impl_->stepStart.exploration;
     impl_->reference = impl_->stepStart.reference;
+    impl_->sums = {};
     impl_->gating = false;
     impl_->renderer.discardRecords();
 }
@@ -386,6 +532,7 @@ void GuidedPasses::endStep() {
     if (!impl_->learning)
         return;
     impl_->renderer.updateGuide();
+    impl_->finishStep();
     impl_->trained = true;
     ++impl_->step;
     impl_->beginStep();
@@ -400,7 +547,7 @@ double GuidedPasses::concentration() const { return impl_->concentration; }
 
 GuidedState GuidedPasses::state() const {
     const Impl& p = *impl_;
-    return {p.stepStart.images.state(), p.stepStart.derivatives.state(), p.stepStart.reference, p.trained, p.step};
+    return {p.stepStart.images.state(), p.stepStart.derivatives.state(), p.stepStart.exploration.state(), p.stepStart.reference, p.trained, p.step};
 }
 
 void GuidedPasses::restore(GuidedState state, std::optional<SdTree> tree) {
@@ -411,6 +558,7 @@ void GuidedPasses::restore(GuidedState state, std::optional<SdTree> tree) {
         p.renderer.setGuide(std::move(*tree));
     p.images.restore(std::move(state.images));
     p.derivatives.restore(std::move(state.derivatives));
+    p.exploration.restore(state.exploration);
     p.reference = state.reference;
     p.trained = state.trained;
     p.step = state.step;
@@ -442,6 +590,7 @@ void GuidedPasses::load(LoadedGuide guide) {
     impl_->reference = guide.record.reference;
     impl_->renderer.setGuide(std::move(guide.tree));
     impl_->trained = true;
+    impl_->exploration.hurry(); // who brings a guide wants it tried
     impl_->beginStep();
 }
 

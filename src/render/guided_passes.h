@@ -1,6 +1,7 @@
 // Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
 #pragma once
 
+#include "guiding/exploration.h"
 #include "guiding/guide_file.h"
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
@@ -14,6 +15,7 @@ struct GuidedOptions {
     PixelSampling pixels = PixelSampling::Adjoint; // reverse mode
     bool positivize = false;                       // two half-budget derivative passes, one per sign
     bool roulette = true;                          // reverse mode, where it pays
+    bool atOnce = false;                           // optimisations: learn and try all ways from the first step, whatever the noise
 };
 
 // What was chosen for derivative passes, or for images, and from what.
@@ -27,6 +29,7 @@ struct SamplingDecision {
 // part of it: they follow from the tree, the parameters and the pass.
 struct GuidedState {
     SamplingChoice::State images, derivatives;
+    Exploration::State exploration;
     double reference = 0;
     bool trained = false;
     std::uint32_t step = 0;
@@ -38,8 +41,9 @@ class GuidedPasses {
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 
-    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; with or without recording.
-    void prepare(std::initializer_list<Renderer::Mode> modes, bool learning);
+    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; where setLearning() turned learning on,
+    // those of its steps.
+    void prepare(std::initializer_list<Renderer::Mode> modes);
     // The same for the next pass of a mode alone, as it is decided now.
     void prepareNext(Renderer::Mode mode, bool layers = false);
     // Begins to make the kernels of the next pass of each of these modes, and returns.
@@ -69,13 +73,18 @@ class GuidedPasses {
     std::uint64_t reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients);
 
-    // The same, but nothing is learned from it, so no later pass depends on it. Of no sign alone.
+    // The same in two halves of spp / 2 samples, one at least, with numbers of their own: adds their mean, and to `half` half of how they differ.
+    std::uint64_t reverseHalves(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half);
+
+    // As reverse(), but nothing is learned from it, so no later pass depends on it. Of no sign alone.
     std::uint64_t reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                std::vector<std::vector<double>>& gradients);
 
-    // For optimisations: passes record and are measured, endStep() rebuilds the guide and decides anew. Now and then a pass runs twice, for
-    // the choice (SamplingChoice::repeats), and its result is the mean. Where no guide pays, most steps leave no records and are not
-    // measured (SamplingChoice::rests), which saves a third of a pass.
+    // For optimisations: endStep() rebuilds the guide from what passes recorded and decides anew. The first steps run the plain way, without
+    // recording, and tell how noisy its gradients are; Exploration decides whether other ways are worth trying, SamplingChoice which. A
+    // derivative pass that is to tell its noise runs in two halves with numbers of their own, and its result is the mean. Where no guide
+    // pays, most steps leave no records and are not measured (SamplingChoice::rests), which saves a third of a pass.
     // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
     // whole step behind.
     void setLearning(bool on);

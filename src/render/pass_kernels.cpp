@@ -26,8 +26,8 @@ FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const Pass
     if (!guide_)
         return pass;
     pass.record = s.record;
-    pass.guided = features_.everything || (s.kind != Sampling::Bsdf && learned);
-    pass.roulette = mode == kModeReverse && (features_.everything || (s.roulette && learned));
+    pass.guided = features_.everything || s.guidedKernels || (s.kind != Sampling::Bsdf && learned);
+    pass.roulette = mode == kModeReverse && (features_.everything || s.rouletteKernels || (s.roulette && learned));
     pass.measure = (s.measure || s.record) && mode == kModeReverse;
     return pass;
 }

@@ -42,6 +42,9 @@ struct PassSampling {
     Sampling kind = Sampling::Bsdf; // not Auto
     bool record = false;            // leave records for updateGuide(); measure too
     bool keepRecords = true;        // false: none are left. The kernels are those of `record`, which saves compiling others
+    // The kernels are those of guided passes, and in reverse mode of roulette, though this pass may have neither: one set for passes by several
+    // ways, with the results of their own kernels. `roulette` needs RenderConfig::roulette.
+    bool guidedKernels = false, rouletteKernels = false;
     bool measure = false;           // reverse mode: estimate PassMeasure::variance
     bool roulette = false;          // reverse mode: roulette and splitting by derivative-to-go
     int sign = 0;                   // positivization: only derivative terms of this sign
@@ -68,8 +71,8 @@ struct PassMeasure {
 struct PassKey {
     std::uint64_t seed = 0;
     std::uint32_t step = 0;
-    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 second half of an image, 6 second half of a derivative, 7 pictures of a report, + 8: the half for negative terms;
-    // + 16: its repetition, where two passes are compared; + 16 n: of the n-th batch of a command that goes in batches.
+    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 and 6 second halves of images and derivatives, 7 pictures of a report;
+    // + 8: the half for negative terms; + 16 n: of the n-th batch of a command that goes in batches.
     std::uint32_t pass = 0;
     std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
 };

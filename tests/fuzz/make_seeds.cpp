@@ -367,7 +367,8 @@ void writeCheckpoints(const Folder& out) {
         std::vector<FileSection> sections = checkpointSections(run, model, {{"--loss", "\"mse\""}, {"scene", "0"}}, R"({"command": "optimize", "steps": 20})", "a device");
         if (kind == OptimizerKind::Auto) {
             ByteWriter learned;
-            const GuidedState state{.images = {{{0.5, 3, 2}, {0.25, 4, 1}}, {0.5, 0}, 1}, .derivatives = {{{0.5, 3, 2}}, {0.9}, 0}, .reference = 0.5, .trained = true, .step = 2};
+            const GuidedState state{.images = {{{0.5, 3, 2}, {0.25, 4, 1}}, {0.5, 0}, 1, 3, 2}, .derivatives = {{{0.5, 3, 2}}, {0.9}, 0, 1, 0},
+                                    .exploration = {.noise = 0.5, .watched = 2, .urgent = true, .spent = 100, .trials = 50}, .reference = 0.5, .trained = true, .step = 2};
             const SdTree tree = learnedTree();
             putLearned(learned, state, &tree);
             sections.back().bytes = std::move(learned.bytes);

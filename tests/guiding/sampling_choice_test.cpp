@@ -16,13 +16,53 @@ const SamplingWay kPlain{Sampling::Bsdf, false}, kLight{Sampling::Primal, false}
 
 SamplingChoice allWays() { return SamplingChoice({kPlain, kLight, kMixture, kSplit}); }
 
-TEST(SamplingChoice, TriesAllWaysInTurnFirst) {
-    const SamplingChoice choice = allWays();
-    for (std::uint32_t pass = 0; pass < 8; ++pass)
-        EXPECT_EQ(choice.next(pass), choice.ways()[pass % 4]) << pass;
+const SamplingWay kPlainSplit{Sampling::Bsdf, true}, kLightSplit{Sampling::Primal, true};
+
+// A round of trials in which passes measure the scores `scoreOf` says. Returns the ways tried, those of the passes that only learn among them.
+template <class Score> std::vector<SamplingWay> round(SamplingChoice& choice, Score&& scoreOf) {
+    std::vector<SamplingWay> tried;
+    while (const std::optional<SamplingChoice::Trial> trial = choice.trial()) {
+        tried.push_back(trial->way);
+        EXPECT_EQ(trial->first, tried.size() == 1);
+        EXPECT_EQ(trial->measured, tried.size() == 1 || tried.size() > 3);
+        choice.observe(trial->way, scoreOf(trial->way), 1);
+        choice.endTrial(trial->way);
+    }
+    return tried;
+}
+
+TEST(SamplingChoice, LearnsThenTriesAllWaysOnce) {
+    SamplingChoice choice = allWays();
     EXPECT_EQ(choice.best(), kPlain); // nothing measured
     for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(choice.figures(i).passes, 0u);
+    EXPECT_EQ(round(choice, [](const SamplingWay&) { return 1; }), (std::vector{kPlain, kSplit, kSplit, kSplit, kMixture, kLight}));
+    EXPECT_FALSE(choice.trial());
+    SamplingChoice later = allWays();
+    later.restore(choice.state());
+    EXPECT_FALSE(later.trial());
+    EXPECT_FALSE(SamplingChoice({kMixture}).trial()); // nothing to choose
+}
+
+// Guides gain more than a factor of four: what roulette does without them is not asked.
+TEST(SamplingChoice, TriesNoWayThatCannotWin) {
+    const std::vector<SamplingWay> all{kPlain, kMixture, kLight, kPlainSplit, kSplit, kLightSplit};
+    const auto scores = [](double mixtureSplit) {
+        return [=](const SamplingWay& w) { return w == kPlain ? 20.0 : w == kPlainSplit ? 2.0 : w == kSplit ? mixtureSplit : w.roulette ? 1.5 : 3.0; };
+    };
+    SamplingChoice gains(all);
+    EXPECT_EQ(round(gains, scores(1.4)), (std::vector{kPlain, kLightSplit, kLightSplit, kLightSplit, kSplit, kMixture}));
+    EXPECT_EQ(gains.best(), kSplit);
+    // Guides that gain less than a factor of four leave the unguided way its chance.
+    SamplingChoice little(all);
+    EXPECT_EQ(round(little, [](const SamplingWay& w) { return w == kPlain ? 5.0 : w == kPlainSplit ? 0.5 : w == kSplit ? 1.4 : w.roulette ? 1.5 : 3.0; }),
+              (std::vector{kPlain, kLightSplit, kLightSplit, kLightSplit, kSplit, kPlainSplit}));
+    EXPECT_EQ(little.best(), kPlainSplit);
+    // Here roulette makes everything worse.
+    SamplingChoice loses(all);
+    const auto tried = round(loses, [](const SamplingWay& w) { return w.roulette ? 10.0 : w == kMixture ? 1.0 : 2.0; });
+    EXPECT_EQ(tried.size(), 8u);
+    EXPECT_EQ(loses.best(), kMixture);
 }
 
 TEST(SamplingChoice, TakesTheLeastVarianceTimesCost) {
@@ -56,7 +96,7 @@ TEST(SamplingChoice, GoesOnTryingTheOthers) {
     SamplingChoice choice = allWays();
     for (std::size_t i = 0; i < 4; ++i)
         choice.observe(choice.ways()[i], i == 2 ? 1 : i == 3 ? 9 : 2, 1);
-    std::vector<int> tried(4, 0);
+    std::vector<int> tried(4, 0); // passes
     for (std::uint32_t pass = 8; pass < 1032; ++pass)
         for (std::size_t i = 0; i < 4; ++i)
             tried[i] += choice.next(pass) == choice.ways()[i];
@@ -67,21 +107,21 @@ TEST(SamplingChoice, GoesOnTryingTheOthers) {
 }
 
 // Moments say that the mixture is best; the unguided way's passes differ less than its moments say.
-TEST(SamplingChoice, BelievesRepetitionsOnceAllWaysHaveThem) {
+TEST(SamplingChoice, BelievesRepetitionsOnceAllMeasuredWaysHaveThem) {
     SamplingChoice choice = allWays();
-    std::vector<std::uint32_t> twice;
-    for (std::uint32_t pass = 0; pass < 400; ++pass)
-        if (choice.repeats(pass))
-            twice.push_back(pass);
-    EXPECT_EQ(twice, (std::vector<std::uint32_t>{4, 5, 6, 7, 128, 160, 192, 224, 384}));
-    EXPECT_FALSE(SamplingChoice({kPlain}).repeats(1)); // nothing to choose
     for (std::size_t i = 0; i < 4; ++i)
         choice.observe(choice.ways()[i], i == 2 ? 1 : 4, 1);
     EXPECT_EQ(choice.best(), kMixture);
     choice.observeRepetition(kPlain, 0.1);
     choice.observeRepetition(kLight, 0.8);
     choice.observeRepetition(kMixture, 0.6);
-    EXPECT_EQ(choice.best(), kMixture); // the last way's is not known
+    EXPECT_EQ(choice.best(), kMixture); // the last way was measured, and its ratio is not known
+    SamplingChoice fewer({kPlain, kMixture, kSplit});
+    fewer.observe(kPlain, 4, 1);
+    fewer.observe(kMixture, 1, 1);
+    fewer.observeRepetition(kPlain, 0.1);
+    fewer.observeRepetition(kMixture, 0.6);
+    EXPECT_EQ(fewer.best(), kPlain); // the last was not
     choice.observeRepetition(kSplit, 0.9);
     EXPECT_EQ(choice.best(), kPlain);
     EXPECT_DOUBLE_EQ(choice.figures(0).variance, 0.4);
@@ -104,18 +144,19 @@ TEST(SamplingChoice, RestsWhereNoGuidePays) {
     SamplingChoice choice = allWays();
     for (std::size_t i = 0; i < 4; ++i)
         choice.observe(choice.ways()[i], i == 0 ? 1 : 2, 1);
+    EXPECT_FALSE(choice.rests(20)); // the round of trials is to come
+    round(choice, [](const SamplingWay& w) { return w == kPlain ? 1 : 2; });
     std::vector<std::uint32_t> learns;
     for (std::uint32_t pass = 0; pass < 80; ++pass)
         if (!choice.rests(pass))
             learns.push_back(pass);
-    EXPECT_EQ(learns, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 28, 29, 30, 31, 32, 60, 61, 62, 63, 64}));
+    EXPECT_EQ(learns, (std::vector<std::uint32_t>{0, 28, 29, 30, 31, 32, 60, 61, 62, 63, 64}));
     for (int i = 0; i < 10; ++i)
         choice.observe(kMixture, 0.1, 1);
     for (std::uint32_t pass = 0; pass < 50; ++pass)
         EXPECT_FALSE(choice.rests(pass)) << pass;
     SamplingChoice split({kPlain, {Sampling::Bsdf, true}}); // roulette goes by what the cells know
-    split.observe(split.ways()[0], 2, 1);
-    split.observe(split.ways()[1], 1, 1);
+    round(split, [](const SamplingWay& w) { return w == kPlain ? 2 : 1; });
     for (std::uint32_t pass = 0; pass < 50; ++pass)
         EXPECT_FALSE(split.rests(pass)) << pass;
 }

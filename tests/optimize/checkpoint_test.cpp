@@ -254,24 +254,35 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
         std::uint64_t reverse(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g) override {
             return count(), inner.reverse(v, s, k, a, g);
         }
+        std::uint64_t reverseApart(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g) override {
+            return count(), inner.reverseApart(v, s, k, a, g);
+        }
+        std::uint64_t reverseHalves(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g,
+                                    std::vector<std::vector<double>>& h) override {
+            return count(), inner.reverseHalves(v, s, k, a, g, h);
+        }
         void setParameter(std::uint32_t p, std::span<const float> v) override { count(), inner.setParameter(p, v); }
         void endStep() override { count(); }
         void publish() override { count(); }
     };
-    Bench whole;
-    whole.advance(20);
     constexpr int kCallsPerStep = 2 * 2 + 1 + 2 + 1 + 2; // the first has no values of an earlier one
-    for (int calls = kCallsPerStep - 2; calls < 3 * kCallsPerStep - 2; ++calls) {
-        Bench bench;
-        Failing failing(bench.model, calls);
-        Optimization run(failing, bench.scene, makeConfig(), {0, 1});
-        EXPECT_THROW(run.run(), Error);
-        ASSERT_EQ(run.state().history.size(), run.state().step);
-        const auto sections = checkpointSections(run, bench.model, {}, "", "");
-        Bench second;
-        resume(readCheckpoint(sections), second.run, second.model);
-        second.advance(20 - second.run.state().step);
-        EXPECT_EQ(second.scene.parameters[0].values, whole.scene.parameters[0].values) << calls;
+    constexpr int kCurvatureCalls = 2 + 2 * 2;           // beside, in the first step
+    for (const OptimizerKind kind : {OptimizerKind::Adam, OptimizerKind::Auto}) {
+        Bench whole(makeConfig(kind));
+        whole.advance(20);
+        const int first = kCallsPerStep - 2 + (kind == OptimizerKind::Auto ? kCurvatureCalls : 0);
+        for (int calls = first; calls < first + 2 * kCallsPerStep; ++calls) {
+            Bench bench(makeConfig(kind));
+            Failing failing(bench.model, calls);
+            Optimization run(failing, bench.scene, makeConfig(kind), {0, 1});
+            EXPECT_THROW(run.run(), Error);
+            ASSERT_EQ(run.state().history.size(), run.state().step);
+            const auto sections = checkpointSections(run, bench.model, {}, "", "");
+            Bench second(makeConfig(kind));
+            resume(readCheckpoint(sections), second.run, second.model);
+            second.advance(20 - second.run.state().step);
+            EXPECT_EQ(second.scene.parameters[0].values, whole.scene.parameters[0].values) << calls;
+        }
     }
 }
 

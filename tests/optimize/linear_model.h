@@ -96,6 +96,23 @@ class LinearModel final : public ImageModel {
         return samples;
     }
 
+    std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                                std::vector<std::vector<double>>& half) override {
+        std::array<std::vector<std::vector<double>>, 2> each;
+        std::uint64_t samples = 0;
+        for (std::uint32_t h = 0; h < 2; ++h) {
+            for (const std::vector<double>& g : gradients)
+                each[h].emplace_back(g.size());
+            samples += reverse(view, std::max(1u, spp / 2), {key.seed, key.step, key.pass + 5 * h}, adjoint, each[h]);
+        }
+        for (std::size_t p = 0; p < gradients.size(); ++p)
+            for (std::size_t i = 0; i < gradients[p].size(); ++i) {
+                gradients[p][i] += 0.5 * (each[0][p][i] + each[1][p][i]);
+                half[p][i] += 0.5 * (each[0][p][i] - each[1][p][i]);
+            }
+        return samples;
+    }
+
     void setParameter(std::uint32_t parameter, std::span<const float> v) override { parameters_.at(parameter).assign(v.begin(), v.end()); }
 
     std::vector<Call> calls;

@@ -5,11 +5,89 @@
 namespace cmpg::test {
 namespace {
 
+// The mean of two halves with numbers of their own.
+std::vector<std::vector<double>> inHalves(GuidedBench& s, std::uint32_t spp, const PassKey& key) {
+    std::vector<std::vector<double>> mean = s.gradient(spp / 2, key), second = s.gradient(spp / 2, {key.seed, key.step, key.pass + 5});
+    for (std::size_t p = 0; p < mean.size(); ++p)
+        for (std::size_t k = 0; k < mean[p].size(); ++k)
+            mean[p][k] = 0.5 * (mean[p][k] + second[p][k]);
+    return mean;
+}
+
+// Gradients that are precise already: no step leaves records, and all are unguided passes to the bit. Some are halved to watch their noise.
+TEST(GuidedPasses, TryNothingWhereGradientsArePrecise) {
+    constexpr std::uint32_t kSpp = 8;
+    GuidedBench s("box", {"painting.baseColor"}, 32), other("box", {"painting.baseColor"}, 32);
+    GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform});
+    passes.setLearning(true);
+    for (std::uint32_t step = 0; step < 10; ++step) {
+        passes.renderHalves(s.view, kSpp, {5, step, 0}, false);
+        std::vector<std::vector<double>> gradient;
+        EXPECT_EQ(passes.reverse(s.view, kSpp, {5, step, 1}, s.adjoint, gradient), kSpp * 32u * 32u);
+        passes.endStep();
+        EXPECT_EQ(gradient, step < 3 || step == 8 ? inHalves(other, kSpp, {5, step, 1}) : other.gradient(kSpp, {5, step, 1})) << step;
+    }
+    EXPECT_EQ(s.renderer->guide().updates(), 0u);
+    EXPECT_GT(passes.state().exploration.noise, 0);
+    EXPECT_EQ(passes.state().exploration.watched, 4u);
+}
+
+// One sample, most of whose gradient is noise: the second step learns already, and the other ways follow.
+TEST(GuidedPasses, TryAllWaysWhereGradientsAreNoise) {
+    GuidedBench s("door", {"painting.baseColor"}, 32);
+    GuidedPasses passes(*s.renderer, {});
+    passes.setLearning(true);
+    const auto step = [&](std::uint32_t number) {
+        passes.renderHalves(s.view, 2, {5, number, 0}, false);
+        std::vector<std::vector<double>> gradient;
+        passes.reverse(s.view, 2, {5, number, 1}, s.adjoint, gradient);
+        passes.endStep();
+    };
+    step(0);
+    EXPECT_TRUE(passes.state().exploration.urgent);
+    EXPECT_EQ(s.renderer->guide().updates(), 0u);
+    for (std::uint32_t i = 1; i < 10; ++i)
+        step(i);
+    EXPECT_GE(s.renderer->guide().updates(), 5u); // three that learn, two guided ways with roulette
+    EXPECT_GE(passes.decision().rouletteFigures.size(), 2u);
+    EXPECT_GT(passes.state().exploration.trials, 2 * kKernelRays);
+    EXPECT_LT(passes.state().exploration.trials, passes.state().exploration.spent);
+}
+
+// A restored state goes on as the one it was taken from, in the midst of the trials.
+TEST(GuidedPasses, GoOnFromTheirState) {
+    const auto gradients = [](std::uint32_t restoreAt) {
+        GuidedBench s("door", {"painting.baseColor"}, 32), later("door", {"painting.baseColor"}, 32);
+        auto passes = std::make_unique<GuidedPasses>(*s.renderer, GuidedOptions{});
+        GuidedBench* bench = &s;
+        std::vector<std::vector<double>> all;
+        for (std::uint32_t step = 0; step < 8; ++step) {
+            if (step == restoreAt) {
+                auto other = std::make_unique<GuidedPasses>(*later.renderer, GuidedOptions{});
+                other->restore(passes->state(), s.renderer->guide());
+                passes = std::move(other);
+                bench = &later;
+            }
+            passes->setLearning(true);
+            passes->renderHalves(bench->view, 2, {5, step, 0}, false);
+            std::vector<std::vector<double>> gradient;
+            passes->reverse(bench->view, 2, {5, step, 1}, bench->adjoint, gradient);
+            all.push_back(gradient.front());
+            passes->endStep();
+            passes->publish();
+        }
+        return all;
+    };
+    const auto whole = gradients(~0u);
+    EXPECT_EQ(gradients(2), whole);
+    EXPECT_EQ(gradients(5), whole);
+}
+
 // Steps leave no records but for the steps before a trial, and are unguided passes to the bit.
 TEST(GuidedPasses, RestWhereNoGuidePays) {
     constexpr std::uint32_t kSpp = 8;
     GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .roulette = false});
+    GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .roulette = false, .atOnce = true});
     passes.setLearning(true);
     std::vector<std::uint32_t> learned;
     std::vector<std::vector<double>> resting;
@@ -27,7 +105,7 @@ TEST(GuidedPasses, RestWhereNoGuidePays) {
             learned.push_back(step);
     }
     EXPECT_EQ(passes.decision().kind, Sampling::Bsdf);
-    EXPECT_EQ(learned, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 28, 29, 30, 31, 32})); // three ways twice, then a trial
+    EXPECT_EQ(learned, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 28, 29, 30, 31, 32})); // three that learn, two ways, then a trial
     s.renderer->setSampling({});
     EXPECT_EQ(resting, s.gradient(kSpp, {5, 20, 1}));
 }
@@ -36,10 +114,10 @@ TEST(GuidedPasses, RestWhereNoGuidePays) {
 TEST(GuidedPasses, PicturesTeachNothing) {
     const auto gradients = [](bool pictures) {
         GuidedBench s("box", {"painting.baseColor"}, 32);
-        GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform});
+        GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .atOnce = true});
         passes.setLearning(true);
         std::vector<std::vector<double>> all;
-        for (std::uint32_t step = 0; step < 4; ++step) {
+        for (std::uint32_t step = 0; step < 6; ++step) {
             passes.render(s.view, 4, {5, step, 0});
             if (pictures)
                 passes.picture(s.view, 4, {5, ~0u, 0});
@@ -62,7 +140,7 @@ TEST(GuidedPasses, PicturesTeachNothing) {
 // The kernels of recording passes, which it takes where they are compiled already, draw the image that others draw.
 TEST(GuidedPasses, PicturesAreThoseOfPlainPasses) {
     GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {});
+    GuidedPasses passes(*s.renderer, {.atOnce = true});
     passes.setLearning(true);
     passes.prepareNext(Renderer::Mode::Render);
     ASSERT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {}));
