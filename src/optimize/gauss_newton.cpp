@@ -94,8 +94,8 @@ struct Curvature {
     }
 };
 
-// The share of the signal in the gradient's squared length. The mean's length has the signal's and the noise's in it.
-double signalShare(std::span<const float> gradient, std::span<const double> half, std::span<const float> unit, Moments& moments) {
+// Adds a gradient to the averages. The mean's length has the signal's and the noise's in it.
+void observe(std::span<const float> gradient, std::span<const double> half, std::span<const float> unit, Moments& moments) {
     struct Lengths {
         double whole = 0, noise = 0;
         Lengths& operator+=(const Lengths& other) {
@@ -116,11 +116,14 @@ double signalShare(std::span<const float> gradient, std::span<const double> half
     const double signal = lengths.whole - lengths.noise, weight = moments.steps++ == 0 ? 1 : kNewWeight;
     moments.signal += weight * (signal - moments.signal);
     moments.noise += weight * (lengths.noise - moments.noise);
-    const double whole = moments.signal + moments.noise;
-    return whole > 0 ? std::clamp(moments.signal / whole, kLeastShare, 1.0) : 1;
 }
 
 } // namespace
+
+double signalShare(const Moments& moments) {
+    const double whole = moments.signal + moments.noise;
+    return whole > 0 ? std::clamp(moments.signal / whole, kLeastShare, 1.0) : 1;
+}
 
 void addCurvature(std::span<const double> product, float direction, Moments& moments) {
     const bool first = moments.products++ == 0;
@@ -150,7 +153,8 @@ std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, co
         noise[i] = std::sqrt(std::max(average, square));
     });
     const Curvature curvature(known, moments.second, noise, float(std::min(rate, 1e30)));
-    const auto share = float(signalShare(g, gradient.half, curvature.inverse, moments));
+    observe(g, gradient.half, curvature.inverse, moments);
+    const auto share = float(signalShare(moments));
     const std::vector<float> step = curvature.solve(g);
     const float reach = float(std::min(kNewtonReach * rate, 1e30)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();

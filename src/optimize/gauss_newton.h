@@ -30,6 +30,9 @@ struct NoisyGradient {
 std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, const TotalVariationBound& known, Moments& moments,
                                   Parameter& parameter);
 
+// The share of the signal, from 0 to 1, as the next update begins with; 1 before the first.
+double signalShare(const Moments& moments);
+
 constexpr double kNewtonReach = 10; // times the rate: the largest step of an entry
 
 } // namespace cmpg

@@ -183,7 +183,7 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     const bool first = view >= state_.images.size() || state_.images[view].empty();
     RunningImage image = first ? RunningImage() : state_.images[view];
     key.firstSample = image.samples;
-    const std::uint32_t spp = first ? config_.spp : config_.sppDifference;
+    const std::uint32_t spp = first ? config_.spp : imageSamples();
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)
         image.begin(std::move(halves));
@@ -225,6 +225,15 @@ void Optimization::measureCurvature(StepReport& report) {
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, curvature_);
     }
+}
+
+std::uint32_t Optimization::imageSamples() const {
+    double share = newton() ? 0 : 1;
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        if (method(i) == OptimizerKind::GaussNewton)
+            share = std::max(share, signalShare(state_.moments[i]));
+    constexpr double kLeast = 2; // of both halves
+    return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * share));
 }
 
 // Mean square of how far the values are from those of the images, in their units.

@@ -244,10 +244,9 @@ struct GuidedPasses::Impl {
             choice.observeRepetition(way, *differences.variance() / moments);
     }
 
-    void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0, bool keepRecords = true) {
+    void use(const SamplingWay& way, bool record, int sign = 0, double meanAdjoint = 0) {
         PassSampling sampling = kernelsOf(record);
         sampling.kind = way.kind;
-        sampling.keepRecords = keepRecords;
         sampling.measure = gating;
         sampling.roulette = way.roulette;
         sampling.sign = sign;
@@ -276,11 +275,16 @@ struct GuidedPasses::Impl {
     }
 
     std::uint64_t reverse(const View& view, std::uint32_t spp, PassKey key, const Image& adjoint, double meanAdjoint, const SamplingWay& way, int sign,
-                          std::vector<std::vector<double>>& gradients, bool keepRecords = true) {
+                          std::vector<std::vector<double>>& gradients) {
+        use(way, recording(), sign, meanAdjoint);
+        return sampledReverse(view, spp, key, adjoint, gradients);
+    }
+
+    // Drawn as the renderer is told.
+    std::uint64_t sampledReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients) {
         PixelSamples samples;
         if (options.pixels == PixelSampling::Adjoint)
             samples = sampleCounts(adjoint, spp, key);
-        use(way, recording(), sign, meanAdjoint, keepRecords);
         renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients);
         return renderer.lastPass().paths;
     }
@@ -512,7 +516,16 @@ std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t
 
 std::uint64_t GuidedPasses::reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                          std::vector<std::vector<double>>& gradients) {
-    return impl_->reverse(view, spp, key, adjoint, norms(adjoint).second, impl_->derivativeWay(), 0, gradients, false);
+    Impl& p = *impl_;
+    // The roulette knows what to expect of another adjoint: split by that, some paths of this one would have thousands of copies. Its kernels are
+    // there.
+    const SamplingWay way = p.derivativeWay();
+    PassSampling sampling = p.kernelsOf(p.recording());
+    sampling.kind = way.kind;
+    sampling.keepRecords = false;
+    sampling.rouletteKernels |= way.roulette;
+    p.renderer.setSampling(sampling);
+    return p.sampledReverse(view, spp, key, adjoint, gradients);
 }
 
 void GuidedPasses::setLearning(bool on) { impl_->learning = on; }
