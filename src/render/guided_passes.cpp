@@ -147,18 +147,20 @@ struct GuidedPasses::Impl {
         stepStart = {images, derivatives, exploration, reference};
         sums = {};
         plan = {.image = images.ways().front(), .derivative = derivatives.ways().front()};
-        const bool imageTrialsLeft = images.trial().has_value();
+        const std::optional<SamplingChoice::Trial> imageTrial = images.trial();
         if (const std::optional<SamplingChoice::Trial> trial = derivatives.trial()) {
             planTrial(*trial);
         } else {
             plan.derivative = derivatives.next(step);
             plan.halves = derivatives.tries(step);
-            plan.record = !(derivatives.rests(step) && (imageTrialsLeft || images.rests(step)));
-            if (imageTrialsLeft)
-                planImageTrial(*images.trial());
+            plan.record = !(derivatives.rests(step) && (imageTrial || images.rests(step)));
         }
-        if (!imageTrialsLeft)
+        // Images are tried beside derivatives, whose kernels are made for both.
+        plan.imageTrial = plan.record && imageTrial;
+        if (!imageTrial)
             plan.image = images.next(step);
+        else if (plan.imageTrial)
+            plan.image = imageTrial->way;
     }
 
     void planTrial(const SamplingChoice::Trial& trial) {
@@ -172,14 +174,6 @@ struct GuidedPasses::Impl {
         } else {
             plan.halves = exploration.watches(step);
         }
-    }
-
-    // Where derivative passes found the guide to pay, images may be drawn from it, too.
-    void planImageTrial(const SamplingChoice::Trial& trial) {
-        if (!plan.record || trial.way == images.ways().front() || derivatives.best().kind == Sampling::Bsdf || !exploration.allows(0))
-            return;
-        plan.image = trial.way;
-        plan.imageTrial = true;
     }
 
     bool recording() const { return learning && plan.record; }
@@ -219,8 +213,7 @@ struct GuidedPasses::Impl {
         exploration.spend(rays + kernels, kernels + (plan.trial ? kRecordCost * rays : 0));
         if (plan.trial)
             derivatives.endTrial(plan.derivative);
-        const bool learnedImages = plan.record && images.trial() && images.trial()->way == images.ways().front();
-        if (plan.imageTrial || learnedImages)
+        if (plan.imageTrial)
             images.endTrial(plan.image);
     }
 
