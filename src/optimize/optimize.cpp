@@ -50,15 +50,16 @@ SquareSum squareSum(std::span<const double> gradient) {
     });
 }
 
-// By pixel: how strongly it answers to a change of the parameters, on average over its neighbours, in units of the mean. What does not answer needs
-// few samples of its own.
-std::vector<float> pixelShares(const Image& change) {
-    const int width = change.width, height = change.height;
-    std::vector<float> magnitude(change.pixels()), shares(change.pixels());
-    for (std::size_t p = 0; p < magnitude.size(); ++p) {
-        const float* c = change.values.data() + 3 * p;
-        const float sum = std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]);
-        magnitude[p] = std::isfinite(sum) ? sum : 0.f;
+// By pixel: how strongly it answers to a change of the parameters, over its neighbours, in units of the mean. What does not answer needs few samples of
+// its own. A product of two halves of that answer sees no path that is in one of them by chance.
+std::vector<float> pixelShares(const Image& a, const Image& b) {
+    const int width = a.width, height = a.height;
+    std::vector<float> square(a.pixels()), shares(a.pixels());
+    for (std::size_t p = 0; p < square.size(); ++p) {
+        float sum = 0;
+        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i)
+            sum += a.values[i] * b.values[i];
+        square[p] = std::isfinite(sum) ? sum : 0.f;
     }
     double total = 0;
     for (int y = 0; y < height; ++y)
@@ -66,8 +67,8 @@ std::vector<float> pixelShares(const Image& change) {
             float sum = 0;
             for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
                 for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
-                    sum += magnitude[std::size_t(v) * width + u];
-            total += shares[std::size_t(y) * width + x] = sum;
+                    sum += square[std::size_t(v) * width + u];
+            total += shares[std::size_t(y) * width + x] = std::sqrt(std::max(0.f, sum));
         }
     if (!(total > 0))
         return {};
@@ -211,14 +212,13 @@ void Optimization::measureCurvature(StepReport& report) {
     for (std::size_t view = 0; view < views; ++view) {
         const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view));
         const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
-        Image change = halves.half[0].difference;
-        for (std::size_t k = 0; k < change.values.size(); ++k)
-            change.values[k] = 0.5f * (change.values[k] + halves.half[1].difference.values[k]);
-        shares_[view] = pixelShares(change);
+        const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
+        shares_[view] = pixelShares(a, b);
         // The adjoint of a squared loss at so much beside the target.
         const Target& target = config_.targets[view];
+        Image change = target.image;
         for (std::size_t k = 0; k < change.values.size(); ++k)
-            change.values[k] = target.image.values[k] - change.values[k];
+            change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
         LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
         for (float& value : loss.adjoint.values)
             value /= float(views);
