@@ -16,7 +16,6 @@ constexpr double kLeastCurvature = 1e-3; // of the mean: entries that no path me
 constexpr double kNewWeight = 0.3;       // of the latest step in the averages of signal and noise
 constexpr double kLeastShare = 0.02;     // of the signal: the average may be below 0 by chance
 constexpr int kIterations = 30;          // of conjugate gradients: what is known spreads over so many texels in a step
-constexpr float kTiny = 1e-30f;          // curvature of an entry that nothing depends on: it stays as it is
 constexpr double kTolerance = 1e-3;      // of the residual's norm
 
 double dot(std::span<const float> a, std::span<const float> b) {
@@ -57,13 +56,14 @@ struct Curvature {
 
     Curvature(const TotalVariationBound& bound, std::span<const float> measured, std::span<const float> noise, float stray)
         : known(bound), own(measured.size()), inverse(measured.size()) {
+        constexpr float kLeast = std::numeric_limits<float>::min(); // below, nothing depends on an entry: it stays as it is
         const auto least = float(kLeastCurvature * mean(measured));
         forEach(own.size(), [&](std::size_t i) { own[i] = std::max(measured[i] + least, noise[i] / stray); });
         if (known.empty())
             inverse = own;
         else
             known.diagonal(own, inverse);
-        forEach(own.size(), [&](std::size_t i) { inverse[i] = inverse[i] > kTiny ? 1 / inverse[i] : 0.f; });
+        forEach(own.size(), [&](std::size_t i) { inverse[i] = inverse[i] >= kLeast ? 1 / inverse[i] : 0.f; });
     }
 
     // (D + L)^-1 g, by conjugate gradients with the diagonal as the preconditioner.

@@ -66,8 +66,11 @@ TEST(TotalVariationBound, TouchesFromAbove) {
         }
 }
 
-// Where the measured curvature is the true one and nothing is noise, the minimum of a quadratic is a step and its momentum away.
-TEST(GaussNewton, FindsTheMinimumOfAQuadratic) {
+// Where the measured curvature is the true one and nothing is noise, the minimum of a quadratic is a step and its momentum away: of dim scenes and of
+// bright ones.
+class Quadratic : public testing::TestWithParam<double> {};
+
+TEST_P(Quadratic, MinimumIsFound) {
     Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f);
     const Parameter truth = randomTexture(4, 4);
     OptimizerConfig config;
@@ -76,14 +79,14 @@ TEST(GaussNewton, FindsTheMinimumOfAQuadratic) {
     std::vector<double> curvature(48), product(48), gradient(48);
     const std::vector<double> noise(48, 0.0);
     for (std::size_t i = 0; i < 48; ++i) {
-        curvature[i] = std::pow(10, double(i % 7) - 3); // six orders of magnitude
+        curvature[i] = GetParam() * std::pow(10, double(i % 7) - 3);
         product[i] = 0.05 * curvature[i];
     }
     addCurvature(product, 0.05f, moments);
     const auto farthest = [&] {
         double worst = 0;
         for (std::size_t i = 0; i < 48; ++i)
-            worst = std::max(worst, std::abs(double(texture.values[i]) - truth.values[i]) * (curvature[i] > 0.5 ? 1 : 0));
+            worst = std::max(worst, std::abs(double(texture.values[i]) - truth.values[i]) * (i % 7 >= 3 ? 1 : 0)); // flatter ones are held back by what paths may miss
         return worst;
     };
     for (int step = 0; step < 25; ++step) {
@@ -93,6 +96,8 @@ TEST(GaussNewton, FindsTheMinimumOfAQuadratic) {
     }
     EXPECT_LT(farthest(), 1e-3);
 }
+
+INSTANTIATE_TEST_SUITE_P(GaussNewton, Quadratic, testing::Values(1e-30, 1e-12, 1.0, 1e15));
 
 // The gradient of what is at its minimum is all noise: values stray less than half as far as one full step takes them.
 TEST(GaussNewton, FollowsNoNoise) {
