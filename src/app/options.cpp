@@ -213,7 +213,7 @@ void addOptimizer(CLI::App& app, Options& o) {
         ->option_text(kind("F", "0.1"));
     addCount(app, "--spp-difference", o.sppDifference,
              "Samples per pixel by which a step brings the image of the step before up to date; 0: every step renders its own of --spp")
-        ->option_text(kind("N", "2"));
+        ->option_text(kind("N", "8"));
     addCount(app, "--views-per-step", o.viewsPerStep, "Of several targets so many a step, in random order, each once before any again; 0: all")->option_text(kind("N", "0"));
     addCount(app, "--warm-up", o.warmUp, "First steps, which learn the guide and leave the parameters alone")->option_text(kind("N", "0"));
     addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));

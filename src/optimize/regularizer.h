@@ -19,7 +19,7 @@ constexpr double kPriorEpsilon = 1e-2;
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon = kTotalVariationEpsilon);
 
 // The quadratic form that touches weighted total variations from above at the current values: sqrt(d^2 + eps^2) is at most
-// (d^2 + r^2 + eps^2) / (2 r'), r'^2 = r^2 + eps^2, with r the difference now (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the
+// (d^2 + eps^2 + s^2) / (2 s), with s that root at the difference now (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the
 // weights of pairs off its diagonal, negative, and their sums on it.
 class TotalVariationBound {
   public:
