@@ -113,7 +113,7 @@ void shadeEscaped(uint slot, Ray ray) {
         uv = environmentUv(toEnvironment(scene.environment, ray.direction));
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
-        v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
+        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
         if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
     }
     if (kDifference) tapeSecond(slot, second);
@@ -197,7 +197,7 @@ void main() {
         emissionWeight = 1.0;
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
-        v.suffix = keepFinite(emissionWeight * radiance, kDroppedRadiance);
+        v.emission = keepFinite(emissionWeight * radiance, kDroppedRadiance);
         if (kDifference)
             second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
     }

@@ -1,5 +1,6 @@
 // What kernels leave for the next: rays, where they ended, what their paths have collected. Read in texels (lib/read_buffers.glsl).
-// A kernel says which it reads, because it must not declare what it writes: CMPG_READ_RAYS, _HITS, _SHADOW_RAYS, _PREFIXES, _COPIES.
+// A kernel says which it reads, because it must not declare what it writes: CMPG_READ_RAYS, _HITS, _SHADOW_RAYS, _PREFIXES, _COPIES,
+// _VERTICES.
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
 #include "lib/read_buffers.glsl"
@@ -33,6 +34,14 @@ QUEUE_UVEC4(prefixTexel, kBindPrefixes)
 Prefix readPrefix(uint i) {
     const uvec4 a = prefixTexel(2 * i), b = prefixTexel(2 * i + 1);
     return Prefix(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), b.w);
+}
+#endif
+
+#ifdef CMPG_READ_VERTICES
+QUEUE_UVEC4(vertexTexel, kBindVertices)
+Vertex readVertex(uint i) {
+    const uvec4 a = vertexTexel(3 * i), b = vertexTexel(3 * i + 1), c = vertexTexel(3 * i + 2);
+    return Vertex(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), b.w, uintBitsToFloat(c.xyz), c.w);
 }
 #endif
 
