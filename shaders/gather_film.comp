@@ -13,7 +13,7 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
-layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
+QUEUE_UINT(pixelOffset, kBindPixelOffsets)
 QUEUE_UVEC4(suffixTexel, kBindSuffixes)
 QUEUE_UVEC4(tangentTexel, kBindTangents)
 layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
@@ -26,7 +26,7 @@ void main() {
     const uint pixel = globalIndex();
     if (push.count == 0 || pixel >= batch.pixels) return;
     FilmPixel p = film[pixel];
-    const uint first = pixelOffsets[pixel], end = pixelOffsets[pixel + 1]; // at most kMaxPixelSamples apart
+    const uint first = pixelOffset(pixel), end = pixelOffset(pixel + 1); // at most kMaxPixelSamples apart
     const uint sample0 = batch.earlierSamples + (pixel == 0 ? batch.firstSample : 0);
     for (uint path = first; path < end; ++path) {
         const vec3 value = uintBitsToFloat(kForward ? tangentTexel(path).xyz : suffixTexel(path).xyz);

@@ -10,6 +10,7 @@
 #define CMPG_READ_HITS
 #define CMPG_READ_PREFIXES
 #define CMPG_READ_COPIES
+#define CMPG_READ_PATHS
 #include "scene/queues.glsl"
 #include "shared/film.h"
 #include "lib/physics.glsl"
@@ -27,7 +28,6 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
-layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
 layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
 layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
 layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
@@ -215,7 +215,7 @@ void main() {
     bool guided = false;
     const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
-        const uvec2 path = paths[ray.path];
+        const uvec2 path = readPath(ray.path);
         const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
             wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, second.direct, light);

@@ -1,6 +1,6 @@
 // What kernels leave for the next: rays, where they ended, what their paths have collected. Read in texels (lib/read_buffers.glsl).
 // A kernel says which it reads, because it must not declare what it writes: CMPG_READ_RAYS, _HITS, _SHADOW_RAYS, _PREFIXES, _COPIES,
-// _VERTICES.
+// _VERTICES, _PATHS, _ADJOINTS.
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
 #include "lib/read_buffers.glsl"
@@ -52,3 +52,19 @@ Copy readCopy(uint i) {
     return Copy(a.x, a.y, uintBitsToFloat(a.z), a.w);
 }
 #endif
+
+#ifdef CMPG_READ_PATHS
+QUEUE_UINT(pathWord, kBindPaths)
+uvec2 readPath(uint i) { return uvec2(pathWord(2 * i), pathWord(2 * i + 1)); }
+#endif
+
+#ifdef CMPG_READ_ADJOINTS
+QUEUE_UINT(adjointWord, kBindAdjoint)
+vec3 readAdjoint(uint pixel) { return uintBitsToFloat(uvec3(adjointWord(3 * pixel), adjointWord(3 * pixel + 1), adjointWord(3 * pixel + 2))); }
+#endif
+
+// Structs that only some passes leave, from the words of the accessor given.
+#define WORDS3(word, at) uvec3(word(at), word((at) + 1), word((at) + 2))
+#define READ_ARRIVAL(word, i) Arrival(word(3 * (i)), word(3 * (i) + 1), uintBitsToFloat(word(3 * (i) + 2)))
+#define READ_PARTS(word, i) DerivativeParts(uintBitsToFloat(WORDS3(word, 6 * (i))), uintBitsToFloat(WORDS3(word, 6 * (i) + 3)))
+#define READ_MOMENT(word, i) VertexMoment(uintBitsToFloat(WORDS3(word, 5 * (i))), uintBitsToFloat(word(5 * (i) + 3)), word(5 * (i) + 4))

@@ -67,8 +67,8 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     const auto queue = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::Rgba32ui); };
     const auto words = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::R32ui); };
     batch = transient("batch", sizeof(gpu::Batch));
-    pixelOffsets = transient("pixel offsets", (n + 1) * sizeof(std::uint32_t));
-    paths = transient("paths", n * sizeof(glm::uvec2));
+    pixelOffsets = words("pixel offsets", (n + 1) * sizeof(std::uint32_t));
+    paths = words("paths", n * sizeof(glm::uvec2));
     film = transient("film tile", n * sizeof(gpu::FilmPixel));
     statistics = transient("statistics", gpu::kStatisticsCount * sizeof(std::uint32_t));
     counts = transient("queue counts", (depth + 1) * sizeof(gpu::QueueCounts));
@@ -91,7 +91,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     if (needs.has(kModeDifference))
         differenceFilm = transient("difference tile", n * sizeof(gpu::FilmPixel));
     if (needs.has(kModeReverse)) {
-        adjoint = transient("adjoint tile", n * sizeof(glm::vec3));
+        adjoint = words("adjoint tile", n * sizeof(glm::vec3));
         gradients = Buffer(device, "gradient sums", needs.gradientEntries * 8, MemoryKind::Parameters);
     }
     if (needs.has(kModeForward))
@@ -107,13 +107,13 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
         if (needs.tangents())
             bounce.tangents = queue("tangents", n * sizeof(glm::vec4));
         if (needs.record)
-            bounce.visits = transient("guide visits", n * sizeof(gpu::GuideVisit));
+            bounce.visits = words("guide visits", n * sizeof(gpu::GuideVisit));
         if (needs.derivativeRecords())
-            bounce.derivatives = transient("derivative parts", n * sizeof(gpu::DerivativeParts));
+            bounce.derivatives = words("derivative parts", n * sizeof(gpu::DerivativeParts));
         if (needs.measure)
-            bounce.moments = transient("moments", n * sizeof(gpu::VertexMoment));
+            bounce.moments = words("moments", n * sizeof(gpu::VertexMoment));
         if (needs.roulette)
-            bounce.arrivals = transient("arrivals", n * sizeof(gpu::Arrival));
+            bounce.arrivals = words("arrivals", n * sizeof(gpu::Arrival));
         bounces.push_back(std::move(bounce));
     }
 }
