@@ -5,8 +5,7 @@
 #include "scene/features.glsl"
 #include "shared/bindings.h"
 #include "shared/batch.h"
-#include "shared/wavefront.h"
-#include "lib/read_buffers.glsl"
+#include "scene/queues.glsl"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
@@ -14,7 +13,7 @@ layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 QUEUE_UINT(pixelOffset, kBindPixelOffsets)
 layout(binding = kBindPaths, scalar) writeonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindRays, scalar) writeonly buffer Rays { Ray rays[]; };
+layout(binding = kBindRays, scalar) writeonly buffer Rays { uvec4 rays[]; };
 
 void main() {
     const uint path = globalIndex();
@@ -45,5 +44,5 @@ void main() {
         ray.origin = batch.cameraOrigin;
         ray.direction = normalize(across + batch.cameraForward);
     }
-    rays[path] = ray;
+    WRITE_RAY(rays, path, ray)
 }

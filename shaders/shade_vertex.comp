@@ -28,11 +28,11 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
-layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
-layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
-layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
+layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { uvec4 nextRays[]; };
+layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { uvec4 shadowRays[]; };
+layout(binding = kBindVertices, scalar) writeonly buffer Vertices { uvec4 vertices[]; };
 layout(binding = kBindTape, scalar) writeonly buffer Tape { uint tape[]; };
-layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { Prefix nextPrefixes[]; };
+layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { uvec4 nextPrefixes[]; };
 layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
 layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
@@ -121,7 +121,7 @@ void shadeEscaped(uint slot, Ray ray) {
         tapeSurface(slot, kNone, uv, vec2(0));
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
     }
-    vertices[slot] = v;
+    WRITE_VERTEX(vertices, slot, v)
     if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }
 
@@ -255,8 +255,10 @@ void main() {
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
-        nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
-        if (kDerivatives && kPrefix) nextPrefixes[v.child] = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
+        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
+        WRITE_RAY(nextRays, v.child, next)
+        const Prefix collected = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
+        if (kDerivatives && kPrefix) WRITE_PREFIX(nextPrefixes, v.child, collected)
     }
     if (kLightSampling) v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {
@@ -264,7 +266,8 @@ void main() {
         const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);
         const vec3 way = light.target - origin;
         const float reach = light.hasTarget ? length(way) : light.distance;
-        shadowRays[v.shadow] = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
+        const ShadowRay shadow = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
+        WRITE_SHADOW_RAY(shadowRays, v.shadow, shadow)
     }
-    vertices[slot] = v;
+    WRITE_VERTEX(vertices, slot, v)
 }

@@ -19,7 +19,7 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
-layout(binding = kBindCopies, scalar) writeonly buffer Copies { Copy copies[]; };
+layout(binding = kBindCopies, scalar) writeonly buffer Copies { uvec4 copies[]; };
 
 const float kLeastSurvival = 0.1;
 
@@ -54,5 +54,8 @@ void main() {
         return;
     }
     arrivals[slot] = Arrival(first, count, weight);
-    for (uint i = 0; i < count; ++i) copies[first + i] = Copy(slot, i, weight, prefix.copies * count);
+    for (uint i = 0; i < count; ++i) {
+        const Copy copy = Copy(slot, i, weight, prefix.copies * count);
+        WRITE_COPY(copies, first + i, copy)
+    }
 }

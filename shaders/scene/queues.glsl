@@ -1,9 +1,27 @@
 // What kernels leave for the next: rays, where they ended, what their paths have collected. Read in texels (lib/read_buffers.glsl).
 // A kernel says which it reads, because it must not declare what it writes: CMPG_READ_RAYS, _HITS, _SHADOW_RAYS, _PREFIXES, _COPIES,
 // _VERTICES, _PATHS, _ADJOINTS.
+// Written in texels as well, by macros whose buffer is an array of uvec4: a store of 16 bytes costs CPU drivers less than those of its members.
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
 #include "lib/read_buffers.glsl"
+
+#define TEXEL(xyz, w) uvec4(floatBitsToUint(xyz), w)
+#define WRITE_RAY(rays, i, ray) { \
+    rays[2 * (i)] = TEXEL((ray).origin, (ray).path); \
+    rays[2 * (i) + 1] = TEXEL((ray).direction, floatBitsToUint((ray).pdf)); }
+#define WRITE_HIT(hits, i, hit) hits[i] = uvec4(floatBitsToUint((hit).t), (hit).triangle, floatBitsToUint((hit).barycentrics));
+#define WRITE_SHADOW_RAY(rays, i, ray) { \
+    rays[2 * (i)] = TEXEL((ray).origin, floatBitsToUint((ray).distance)); \
+    rays[2 * (i) + 1] = TEXEL((ray).direction, (ray).slot); }
+#define WRITE_PREFIX(prefixes, i, prefix) { \
+    prefixes[2 * (i)] = TEXEL((prefix).throughput, (prefix).branch); \
+    prefixes[2 * (i) + 1] = TEXEL((prefix).tangent, (prefix).copies); }
+#define WRITE_COPY(copies, i, copy) copies[i] = uvec4((copy).ray, (copy).index, floatBitsToUint((copy).weight), (copy).copies);
+#define WRITE_VERTEX(vertices, i, v) { \
+    vertices[3 * (i)] = TEXEL((v).emission, (v).child); \
+    vertices[3 * (i) + 1] = TEXEL((v).direct, (v).shadow); \
+    vertices[3 * (i) + 2] = TEXEL((v).weight, (v).path); }
 
 #ifdef CMPG_READ_RAYS
 QUEUE_UVEC4(rayTexel, kBindRays)
