@@ -56,10 +56,10 @@ uint allocateShadowRay(bool wanted) {
 }
 
 // What the guide did at this bounce.
-void countGuided(GuidePoint g, bool guided, bool goesOn) {
+void countGuided(GuidePoint g, bool guided, bool scatters) {
     const bool drawn = g.share > 0.0 && push.bounce + 1 < kMaxDepth;
     const uint all = subgroupBallotBitCount(subgroupBallot(drawn)), fromGuide = subgroupBallotBitCount(subgroupBallot(guided));
-    const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !goesOn));
+    const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !scatters));
     const uint light = subgroupAdd(drawn ? uint(float(kShareUnits) * min(g.parts.x, 1.0) + 0.5) : 0u);
     if (subgroupElect()) {
         atomicAdd(counts[push.bounce].drawn, all);
@@ -67,6 +67,17 @@ void countGuided(GuidePoint g, bool guided, bool goesOn) {
         atomicAdd(counts[push.bounce].dead, dead);
         atomicAdd(counts[push.bounce].lightShare, light);
     }
+}
+
+// Russian roulette from the third vertex on: a path goes on with the probability of what the surface scatters of the light, and weighs as much more. The
+// roulette of a guide that has learned what paths are worth (split_paths.comp) takes its place.
+const uint kFirstRoulette = 2; // bounce
+const float kLeastSurvival = 0.25; // derivatives live on black surfaces, too
+
+float survival(vec3 weight) {
+    if (push.bounce < kFirstRoulette) return 1.0;
+    if (kRoulette && guide.reference > 0.0) return 1.0;
+    return clamp(max(weight.x, max(weight.y, weight.z)), kLeastSurvival, 1.0);
 }
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
@@ -206,7 +217,7 @@ void main() {
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, emissionWeight);
     }
     const bool last = push.bounce + 1 >= kMaxDepth;
-    bool wantShadow = false, wantRay = false;
+    bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;
     vec3 wi = vec3(0, 0, 1);
     float pdf = 0.0;
@@ -236,6 +247,15 @@ void main() {
             // A black albedo ends no path whose derivative lives.
             if (kDifference) second.weight = keepFinite(bsdfCos(secondValue.surface, secondValue.normal, wo, wi) / pdf, kDroppedRadiance);
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+            scatters = wantRay;
+            // By the values that sampling goes by, as all decisions.
+            const float q = survival(kFrozen ? bsdfCos(sampling.surface, sampling.normal, wo, wi) / pdf : v.weight);
+            if (q < 1.0) {
+                wantRay = wantRay && sampleSet(key, kSetRoulette).x < q;
+                v.weight /= q;
+                second.weight /= q;
+                scaleSlotDerivatives(d, vec3(1.0 / q));
+            }
         }
         if (kPrefixTangent) {
             tangent = prefix.tangent * v.weight;
@@ -245,9 +265,9 @@ void main() {
     }
 
     if (kDifference) tapeSecond(slot, second);
-    if (kGuided) countGuided(g, guided, wantRay);
+    if (kGuided) countGuided(g, guided, scatters);
     if (kLayers && push.bounce == 0)
-        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !wantRay), float(g.cell), vec4(0), vec4(0));
+        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !scatters), float(g.cell), vec4(0), vec4(0));
     if (kLayers && kGuided && push.bounce < kLayerDepths && !last && g.share > 0.0) {
         layers[ray.path].lightShare[push.bounce] = min(g.parts.x, 1.0);
         layers[ray.path].drawn[push.bounce] = 1.0;

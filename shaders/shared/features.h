@@ -51,7 +51,7 @@ CMPG_CONST kModeDifference = 3; // an image, and how it differs from that of the
 CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
 CMPG_CONST kSetScatter = 1; // direction x, y, lobe, technique
 CMPG_CONST kSetLight = 2; // light, x, y
-CMPG_CONST kSetRoulette = 3; // copies of an arriving path
+CMPG_CONST kSetRoulette = 3; // copies of an arriving path; whether one goes on
 
 CMPG_SHARED_END
 #endif
