@@ -132,25 +132,11 @@ void applyConfig(const nlohmann::json& config, Options& options);
 // Throws Error(Usage) on values and combinations that make no sense.
 void validate(const Options& options);
 
-// Names of the values of an option's enumeration.
-template <class E> struct EnumName {
-    E value;
-    const char* name;
-};
+// Names of the values of an option's enumeration; cmpg/options.h has others.
 inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sampler::Independent, "independent"}};
-inline constexpr EnumName<Sampling> kSamplings[] = {{Sampling::Bsdf, "bsdf"},       {Sampling::Primal, "primal"},
-                                                    {Sampling::Differential, "differential"}, {Sampling::Uniform, "uniform"},
-                                                    {Sampling::Conditional, "conditional"},   {Sampling::Auto, "auto"}};
 inline constexpr EnumName<Quality> kQualities[] = {
     {Quality::Preview, "preview"}, {Quality::Balanced, "balanced"}, {Quality::Accurate, "accurate"}};
 inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};
-inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
-inline constexpr EnumName<Loss> kLosses[] = {
-    {Loss::Mse, "mse"}, {Loss::L1, "l1"}, {Loss::Smape, "smape"}, {Loss::RelativeMse, "relative-mse"}};
-inline constexpr EnumName<OptimizerKind> kOptimizers[] = {
-    {OptimizerKind::Auto, "auto"}, {OptimizerKind::GaussNewton, "gauss-newton"}, {OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
-inline constexpr EnumName<Schedule> kSchedules[] = {
-    {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
     {Command::Open, "open"},
     {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},
