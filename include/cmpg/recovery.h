@@ -13,8 +13,8 @@ namespace cmpg::v1 {
 
 // What a camera saw. Images of the recovery have its size.
 struct Target {
-    std::string camera = {}; // empty: the first
-    Image image = {};   // linear, 3 channels
+    std::string camera = {};      // empty: the first
+    Image image = {};             // linear, 3 channels
     std::vector<float> mask = {}; // weight of each pixel in [0,1]; empty: 1 everywhere. Pixels that are not finite have weight 0
 
     // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; clipped pixels of 8-bit files
@@ -26,10 +26,11 @@ struct Target {
 struct RecoveryOptions {
     PathOptions paths = {};
     std::vector<std::string> parameters = {}; // names or globs: what is recovered
-    std::uint32_t steps = 200;           // of the schedule; step() may go on beyond them where the rate is constant
-    std::uint32_t spp = 16;              // samples per pixel of the image of the first step
-    std::uint32_t sppGradient = 4;       // of the derivative pass of a step
-    std::uint32_t sppDifference = 8;     // that bring the image of the step before up to date, at least 2; 0: every step renders its own of `spp`
+    std::uint32_t steps = 200;                // of the schedule; step() may go beyond them where the rate is constant
+    std::uint32_t spp = 16;                   // samples per pixel of the image of the first step
+    std::uint32_t sppGradient = 4;            // of the derivative pass of a step
+    // That bring the image of the step before up to date, at least 2; 0: every step renders its own of `spp`.
+    std::uint32_t sppDifference = 8;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     OptimizerKind optimizer = OptimizerKind::Auto;
@@ -37,30 +38,31 @@ struct RecoveryOptions {
     // mean starting value. Slots without one have 0.02 (normal 0.01), of Sgd 0.5 (0.25).
     std::vector<std::pair<std::string, float>> rates = {};
     Schedule schedule = Schedule::Constant;
-    float finalRate = 0.1f;          // what the schedule has multiplied rates by at the last step
-    float prior = 4;                 // what is known of textures: differences d of neighbouring texels are as likely as exp(-prior |d|); 0: nothing
-    float totalVariation = 0;        // weight of the total variation of textures
-    std::uint32_t viewsPerStep = 0;  // of several targets; 0: all
-    std::uint32_t warmUp = 0;        // first steps, which only learn the guide
-    std::uint32_t freeze = 0;        // step from which on the guide stays as it is; 0: none
+    float finalRate = 0.1f;         // what the schedule has multiplied rates by at the last step
+    float prior = 4;                // of textures: differences d of neighbouring texels are as likely as exp(-prior |d|); 0: none
+    float totalVariation = 0;       // weight of the total variation of textures
+    std::uint32_t viewsPerStep = 0; // of several targets; 0: all
+    std::uint32_t warmUp = 0;       // first steps, which only learn the guide
+    std::uint32_t freeze = 0;       // step from which on the guide stays as it is; 0: none
 };
 
 struct RecoveryStep {
-    std::uint32_t step = 0;         // from 0
-    double loss = 0, lossError = 0; // mean over the views, before the update, and its standard error; of a squared loss without bias by noise, so it may be negative
-    double regularizer = 0;         // weighted; no part of `loss`
-    double rate = 0;                // of the first parameter, schedule included
-    double seconds = 0;             // wall, of the whole step
-    double gradientNorm = 0;        // Euclidean, over all parameters
-    std::uint64_t dropped = 0;      // entries and pixels left out because they were not finite
+    std::uint32_t step = 0; // from 0
+    // Mean over the views, before the update, and its standard error. A squared loss has no bias by noise, so it may be negative.
+    double loss = 0, lossError = 0;
+    double regularizer = 0;     // weighted; no part of `loss`
+    double rate = 0;            // of the first parameter, schedule included
+    double seconds = 0;         // wall, of the whole step
+    double gradientNorm = 0;    // Euclidean, over all parameters
+    std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
     std::vector<std::string> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 
 // A handle: copies are the same recovery.
 class Recovery {
   public:
-    // Takes a copy of the scene: its values are where the recovery begins, and stay as they are. Error(Input) where a target does not fit, Error(Usage) on options that
-    // make no sense.
+    // Takes a copy of the scene: its values are where the recovery begins, and stay as they are. Error(Input) where a target does not fit,
+    // Error(Usage) on options that make no sense.
     Recovery(const Device& device, const Scene& scene, const std::vector<Target>& targets, const RecoveryOptions& options);
 
     // Error(Numerical) where no entry of the gradient is finite, Error(Device) where the device is lost. Whatever ends it, the state is
@@ -78,10 +80,10 @@ class Recovery {
     // Puts the current values into a scene: that it was made of, or a copy of it.
     void apply(Scene& scene) const;
 
-    // Writes all that going on needs to `folder`, and keeps the one before. Error(Output) where that fails.
+    // Writes all that resume() needs to `folder`, and keeps the one before. Error(Output) where that fails.
     void save(const std::filesystem::path& folder) const;
-    // Goes on from the last one that can be read, to what the saved recovery would have found, bit for bit on the same device. False where the
-    // folder has none. Error(Input) where it is of another recovery: the first difference is named.
+    // Continues from the last one that can be read, to what the saved recovery would have found, bit for bit on the same device. False where
+    // the folder has none. Error(Input) where it is of another recovery: the first difference is named.
     bool resume(const std::filesystem::path& folder);
 
     // As Renderer::onSubmission. A step that it ends has changed nothing and can be done again.

@@ -17,7 +17,7 @@ struct RendererOptions {
 
 // What one pass makes.
 struct PassOptions {
-    std::string camera = {};        // empty: the first
+    std::string camera = {};   // empty: the first
     int width = 0, height = 0; // in pixels, at most 32768; 0: by the camera's aspect ratio from the other one; both 0: 512 wide
     std::uint32_t spp = 64;    // samples per pixel
     std::uint64_t seed = 0;    // equal seeds, equal random numbers; images and derivatives of one seed have independent ones
@@ -35,11 +35,13 @@ struct Direction {
     std::vector<float> values = {}; // entries() of them
 };
 
-// A handle: copies are the same renderer. Passes of one renderer follow one another.
+// A handle: copies are the same renderer. Passes of one renderer follow one another. They throw Error(Usage) on options out of range and unknown
+// names, Error(Device) where memory is short or the device is lost, and Error(Numerical) where more than one path in a hundred was left out
+// because it was not finite.
 class Renderer {
   public:
     // The scene's values are read at every pass. Those of RendererOptions::parameters may change at little cost; a change of any other has the
-    // renderer made anew, without its guide. Error(Usage) on unknown parameters and options out of range, Error(Device) where memory is short.
+    // renderer made anew, without its guide. Error(Usage) on unknown parameters and options out of range.
     Renderer(const Device& device, const Scene& scene, const RendererOptions& options = {});
 
     // Radiance, height x width x 3, linear.
@@ -48,8 +50,8 @@ class Renderer {
     // The derivative of the image along directions of parameters, summed: sum_i dI/dp_i . v_i, height x width x 3.
     Image forward(std::span<const Direction> directions, const PassOptions& pass = {});
 
-    // adjoint^T . dI/dp of every parameter of the options, in their order: entries() each. `adjoint`: height x width x 3, the derivative of a scalar by every
-    // pixel; the pass has its size, and PassOptions::width and height are 0 or agree.
+    // adjoint^T . dI/dp of every parameter of the options, in their order: entries() each. `adjoint`: height x width x 3, the derivative of a
+    // scalar by every pixel; the pass has its size, and PassOptions::width and height are 0 or agree.
     std::vector<std::vector<double>> backward(const Image& adjoint, const PassOptions& pass = {});
 
     std::vector<ParameterInfo> parameters() const; // of the options, globs expanded

@@ -21,7 +21,12 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _cmpg
+try:
+    from . import _cmpg
+except ImportError as error:
+    if "libvulkan" in str(error):  # which no wheel holds: it belongs to the machine's drivers
+        raise ImportError("there is no Vulkan loader: install the package libvulkan1, and mesa-vulkan-drivers where there is no driver either") from error
+    raise
 from ._cmpg import DeviceInfo, RecoveryStep
 from ._errors import DeviceError, Error, InputError, NumericalError, OutputError, UsageError
 
@@ -228,7 +233,7 @@ class Scene:
         return Parameter(self, self._handle.parameter(name))
 
     def __setitem__(self, name: str, values: npt.ArrayLike) -> None:
-        self[name].values = values  # type: ignore[assignment]
+        self[name].values = values
 
     def export(self, folder: Path) -> None:
         """Writes folder/scene.gltf with the values that were set (textures as 8-bit PNG), and the exact ones as folder/parameters/<name>.exr.
@@ -321,8 +326,8 @@ class Renderer:
 
         Args:
             adjoint: (height, width, 3): the derivative of a scalar by every pixel. The pass has its size.
-            frozen: with the random numbers of render() with the same seed, equally many samples in every pixel and no guide, for comparison with finite
-                differences. In an optimisation their noise would be correlated with the image's.
+            frozen: with the random numbers of render() with the same seed, equally many samples in every pixel and no guide, for comparison with
+                finite differences. In an optimisation their noise would be correlated with the image's.
             The others as in render().
         """
         gradients = self._handle.backward(_floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, frozen))
@@ -336,8 +341,8 @@ class Recovery(Iterator[RecoveryStep]):
 
     Args:
         scene: where it begins.
-        target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name. Alpha of a file weights its pixels, clipped
-            pixels of 8-bit files and values that are not finite do not count.
+        target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name. Alpha of a file weights its pixels;
+            clipped pixels of 8-bit files and values that are not finite have no weight.
         param: names or globs of what is recovered.
         device: where; None: the scene's.
         steps: of the whole recovery and its schedule.
@@ -376,8 +381,8 @@ class Recovery(Iterator[RecoveryStep]):
         rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
         self._handle = _cmpg.Recovery(
             (device or scene.device)._handle, scene._handle, targets, _names(param), paths, steps=steps, spp=spp, spp_gradient=spp_gradient,
-            spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer, rates=rates, schedule=schedule, final_rate=final_rate, prior=prior,
-            total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up, freeze=freeze)
+            spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer, rates=rates, schedule=schedule, final_rate=final_rate,
+            prior=prior, total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up, freeze=freeze)
         self._infos = {info.name: info for info in self._handle.parameters()}
 
     def __iter__(self) -> Recovery:
@@ -435,7 +440,7 @@ class Recovery(Iterator[RecoveryStep]):
         scene._revision += 1
 
     def save(self, folder: Path) -> None:
-        """Writes all that going on needs, and keeps the one before.
+        """Writes all that resume() needs, and keeps the one before.
 
         Raises:
             OutputError: that fails.
@@ -443,7 +448,7 @@ class Recovery(Iterator[RecoveryStep]):
         self._handle.save(folder)
 
     def resume(self, folder: Path) -> bool:
-        """Goes on from what save() wrote to what the saved recovery would have found, bit for bit on the same device.
+        """Continues from what save() wrote to what the saved recovery would have found, bit for bit on the same device.
 
         Returns:
             False where the folder has nothing of the kind.

@@ -49,7 +49,8 @@ def _bridge(scene: Scene, names: tuple[str, ...], device: Device | None, options
 
 class _Render(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, bridge: _Bridge, names: tuple[str, ...], image: dict[str, Any], gradient: dict[str, Any], *tensors: torch.Tensor) -> torch.Tensor:
+    def forward(ctx: Any, bridge: _Bridge, names: tuple[str, ...], image: dict[str, Any], gradient: dict[str, Any],
+                *tensors: torch.Tensor) -> torch.Tensor:
         bridge.set(names, tensors)
         pixels = bridge.renderer.render(**image)
         ctx.bridge, ctx.names, ctx.gradient = bridge, names, gradient
@@ -83,7 +84,7 @@ def render(scene: Scene, parameters: Mapping[str, torch.Tensor], *, device: Devi
         camera, width, height: as in Renderer.render().
         spp: samples per pixel of the image.
         spp_gradient: of the derivative pass; 0: as many.
-        seed: another one for every step of a loop. The derivative pass has random numbers of its own, so that its noise is independent of the image's.
+        seed: another one for every step of a loop. The derivative pass has random numbers of its own: its noise is independent of the image's.
         frozen: the derivative pass has those of the image instead, for comparison with finite differences.
         options: as in Renderer: max_depth, sampling, memory ...
 

@@ -161,7 +161,9 @@ NB_MODULE(_cmpg, m) {
     m.def("devices", [] { return released([] { return cmpg::Device::list(); }); });
 
     nb::class_<Device>(m, "Device")
-        .def("__init__", [](Device* self, const std::string& select) { new (self) Device(released([&] { return cmpg::Device(select); })); }, "select"_a)
+        .def("__init__", [](Device* self, const std::string& select) {
+            new (self) Device(released([&] { return cmpg::Device(select); }));
+        }, "select"_a)
         .def("info", [](const Device& self) { return self.library->info(); })
         .def("memory_in_use", [](const Device& self) { return released([&] { return self.library->memoryInUse(); }); })
         .def("memory_peak", [](const Device& self) { return released([&] { return self.library->memoryPeak(); }); });
@@ -267,9 +269,10 @@ NB_MODULE(_cmpg, m) {
     nb::class_<Recovery>(m, "Recovery")
         .def("__init__", [](Recovery* self, const Device& device, const cmpg::Scene& scene, const std::vector<cmpg::Target>& targets,
                             const std::vector<std::string>& parameters, const cmpg::PathOptions& paths, std::uint32_t steps, std::uint32_t spp,
-                            std::uint32_t sppGradient, std::uint32_t sppDifference, std::uint64_t seed, const std::string& loss, const std::string& optimizer,
-                            const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule, float finalRate, float prior,
-                            float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp, std::uint32_t freeze) {
+                            std::uint32_t sppGradient, std::uint32_t sppDifference, std::uint64_t seed, const std::string& loss,
+                            const std::string& optimizer, const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule,
+                            float finalRate, float prior, float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp,
+                            std::uint32_t freeze) {
             const cmpg::RecoveryOptions options{.paths = paths,
                                                 .parameters = parameters,
                                                 .steps = steps,
@@ -292,8 +295,8 @@ NB_MODULE(_cmpg, m) {
                 recovery.onSubmission(endOnSignals);
                 return recovery;
             }));
-        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a, "loss"_a,
-           "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a, "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a)
+        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a,
+           "loss"_a, "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a, "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a)
         .def("step", [](Recovery& self) { return released([&] { return self.library->step(); }); })
         .def("steps", [](const Recovery& self) { return released([&] { return self.library->steps(); }); })
         .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
@@ -309,5 +312,7 @@ NB_MODULE(_cmpg, m) {
         }, "target"_a, "spp"_a)
         .def("apply", [](const Recovery& self, cmpg::Scene& scene) { released([&] { self.library->apply(scene); }); }, "scene"_a)
         .def("save", [](const Recovery& self, const std::filesystem::path& folder) { released([&] { self.library->save(folder); }); }, "folder"_a)
-        .def("resume", [](Recovery& self, const std::filesystem::path& folder) { return released([&] { return self.library->resume(folder); }); }, "folder"_a);
+        .def("resume", [](Recovery& self, const std::filesystem::path& folder) {
+            return released([&] { return self.library->resume(folder); });
+        }, "folder"_a);
 }

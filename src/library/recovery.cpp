@@ -38,7 +38,8 @@ OptimizeConfig configOf(const RecoveryOptions& options) {
     require(options.steps >= 1 && options.steps <= kMostSteps, "steps", "from 1 to 10000000");
     require(options.spp >= 1 && options.spp <= kMostSamples, "spp", "from 1 to 16777216");
     require(options.sppGradient >= 1 && options.sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216");
-    require(options.sppDifference != 1 && options.sppDifference <= kMostSamples, "spp-difference", "0, or from 2 to 16777216: an image has two halves");
+    require(options.sppDifference != 1 && options.sppDifference <= kMostSamples, "spp-difference",
+            "0, or from 2 to 16777216: an image has two halves");
     require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
     require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
     require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
@@ -66,8 +67,9 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
     if (image.channels != 3 || image.width < 1 || image.height < 1 || image.values.size() != image.pixels() * 3)
         throw Error(ErrorKind::Usage, name + " is no image of 3 channels, one value per pixel and channel");
     if (!target.mask.empty() && target.mask.size() != image.pixels())
-        throw Error(ErrorKind::Usage, "the mask of " + name + " has " + std::to_string(target.mask.size()) + " weights for " +
-                                          std::to_string(image.pixels()) + " pixels", {}, "give one weight per pixel", {"mask"});
+        throw Error(ErrorKind::Usage,
+                    "the mask of " + name + " has " + std::to_string(target.mask.size()) + " weights for " + std::to_string(image.pixels()) + " pixels",
+                    {}, "give one weight per pixel", {"mask"});
     cmpg::Target result{.name = name, .image = image, .mask = target.mask};
     for (const float weight : result.mask)
         if (!(weight >= 0 && weight <= 1))
@@ -82,8 +84,8 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
         ++result.invalid;
     }
     if (!result.mask.empty() && std::all_of(result.mask.begin(), result.mask.end(), [](float w) { return w == 0; }))
-        throw Error(ErrorKind::Input, "no pixel of " + name + " has a weight", "the mask is 0 or values are not finite everywhere", "check mask and image",
-                    {"mask"});
+        throw Error(ErrorKind::Input, "no pixel of " + name + " has a weight", "the mask is 0 or values are not finite everywhere",
+                    "check mask and image", {"mask"});
     return result;
 }
 

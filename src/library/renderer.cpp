@@ -23,8 +23,8 @@ void requireValid(const PassOptions& pass) {
     require(pass.width >= 0 && pass.width <= kMostEdge, "width", "from 1 to 32768, or 0");
     require(pass.height >= 0 && pass.height <= kMostEdge, "height", "from 1 to 32768, or 0");
     if (pass.frozen && pass.train > 0)
-        throw Error(ErrorKind::Usage, "a frozen pass draws from no guide", "its random numbers are those of an image without one", "leave learning passes away",
-                    {"train"});
+        throw Error(ErrorKind::Usage, "a frozen pass draws from no guide", "its random numbers are those of an image without one",
+                    "leave learning passes away", {"train"});
 }
 
 std::optional<std::uint32_t> given(int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; }
@@ -100,16 +100,34 @@ struct Renderer::State {
         return view;
     }
 
+    // Error(Numerical) if a substantial part of the contributions since then was left out.
+    void requireFew(const RenderStatistics& before) const {
+        const RenderStatistics& now = renderer->statistics();
+        const auto lost = [](const RenderStatistics& statistics) {
+            std::uint64_t sum = 0;
+            for (const auto& [kind, count] : statistics.dropped)
+                sum += count;
+            return sum;
+        };
+        constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
+        if (double(lost(now) - lost(before)) > kTolerable * double(now.paths - before.paths))
+            throw Error(ErrorKind::Numerical, "more than one path in a hundred was dropped", "values of the scene are so large or small that floats overflow",
+                        "look for extreme emission, intensities or sizes in the scene");
+    }
+
     // Runs a pass of a mode, after its learning passes.
     template <class Train, class Run> auto pass(Mode mode, const PassOptions& how, Train&& train, Run&& run) {
         const std::lock_guard lock(device->mutex);
         follow();
         ensure(mode, how.train > 0);
         renderer->setInteraction(interactionOf(call));
+        const RenderStatistics before = renderer->statistics();
         try {
             if (guided && how.train > 0)
                 train(how.trainSpp > 0 ? how.trainSpp : how.spp);
-            return run();
+            auto result = run();
+            requireFew(before);
+            return result;
         } catch (...) {
             if (guided) // it may be half of what was asked for
                 drop();
@@ -144,11 +162,13 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
     for (const Direction& direction : directions) {
         const std::uint32_t index = s.scene.parameter(direction.parameter);
         if (std::find(s.parameters.begin(), s.parameters.end(), index) == s.parameters.end())
-            throw Error(ErrorKind::Usage, direction.parameter + " was not named when the renderer was made", "kernels are made for the parameters that were",
-                        "name it there", {"param"});
+            throw Error(ErrorKind::Usage, direction.parameter + " was not named when the renderer was made",
+                        "kernels are made for the parameters that were", "name it there", {"param"});
         if (direction.values.size() != s.scene.parameters[index].entries())
-            throw Error(ErrorKind::Usage, "the direction of " + direction.parameter + " has " + std::to_string(direction.values.size()) + " values, not " +
-                                              std::to_string(s.scene.parameters[index].entries()));
+            throw Error(ErrorKind::Usage,
+                        "the direction of " + direction.parameter + " has " + std::to_string(direction.values.size()) + " values, not " +
+                            std::to_string(s.scene.parameters[index].entries()),
+                        {}, "give one for every entry of the parameter");
         parameters.push_back(index);
         values.push_back(direction.values);
     }
@@ -170,28 +190,29 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass) {
     if (s.parameters.empty())
         throw Error(ErrorKind::Usage, "no parameter was named when the renderer was made", {}, "name what derivatives are asked for", {"param"});
     if (adjoint.channels != 3 || adjoint.width < 1 || adjoint.height < 1 || adjoint.values.size() != adjoint.pixels() * 3)
-        throw Error(ErrorKind::Usage, "an adjoint is an image of 3 channels, one value per pixel and channel");
+        throw Error(ErrorKind::Usage, "the adjoint is no image of 3 channels", {}, "give the derivative of a scalar by every pixel and channel");
     if ((pass.width > 0 && pass.width != adjoint.width) || (pass.height > 0 && pass.height != adjoint.height))
-        throw Error(ErrorKind::Usage, "the adjoint is " + std::to_string(adjoint.width) + "x" + std::to_string(adjoint.height) + ", not of the pass's size", {},
+        throw Error(ErrorKind::Usage,
+                    "the adjoint is " + std::to_string(adjoint.width) + "x" + std::to_string(adjoint.height) + ", not of the pass's size", {},
                     "leave the size away", {"width", "height"});
     PassOptions sized = pass;
     sized.width = adjoint.width;
     sized.height = adjoint.height;
     const View view = s.viewOf(sized);
-    Gradients gradients;
-    for (const std::uint32_t p : s.parameters)
-        gradients.emplace_back(s.scene.parameters[p].entries());
-    s.pass(
+    return s.pass(
         Mode::Reverse, pass, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
         [&] {
-            if (!pass.frozen) {
+            Gradients gradients;
+            for (const std::uint32_t p : s.parameters)
+                gradients.emplace_back(s.scene.parameters[p].entries());
+            if (pass.frozen) {
+                s.renderer->setSampling({});
+                s.renderer->reverse(view, pass.spp, {.seed = pass.seed}, adjoint, {}, {}, gradients);
+            } else {
                 s.passes->reverse(view, pass.spp, {.seed = pass.seed, .pass = 1}, adjoint, gradients);
-                return;
             }
-            s.renderer->setSampling({});
-            s.renderer->reverse(view, pass.spp, {.seed = pass.seed}, adjoint, {}, {}, gradients);
+            return gradients;
         });
-    return gradients;
 }
 
 std::vector<ParameterInfo> Renderer::parameters() const {

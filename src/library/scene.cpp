@@ -20,7 +20,8 @@ std::vector<std::uint32_t> selected(const cmpg::Scene& scene, std::span<const st
     return indices;
 }
 
-cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters, std::vector<std::uint64_t>& revisions) {
+cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
+                   std::vector<std::uint64_t>& revisions) {
     const std::lock_guard lock(state.mutex);
     parameters = selected(state.scene, globs);
     revisions = state.revisions;
@@ -87,8 +88,10 @@ void Scene::set(const std::string& name, std::span<const float> values) {
     cmpg::Parameter& parameter = state_->scene.parameters[index];
     const bool all = values.size() == parameter.entries();
     if (!all && values.size() != 1 && values.size() != parameter.channels)
-        throw Error(ErrorKind::Usage, name + " has " + std::to_string(parameter.entries()) + " values, but " + std::to_string(values.size()) + " were given",
-                    "its texture is " + std::to_string(parameter.height) + "x" + std::to_string(parameter.width) + "x" + std::to_string(parameter.channels),
+        throw Error(ErrorKind::Usage,
+                    name + " has " + std::to_string(parameter.entries()) + " values, but " + std::to_string(values.size()) + " were given",
+                    "its height, width and channels are " + std::to_string(parameter.height) + ", " + std::to_string(parameter.width) + " and " +
+                        std::to_string(parameter.channels),
                     "give as many, one per channel, or one");
     setValues(parameter, all ? std::vector<float>(values.begin(), values.end()) : filled(parameter, values));
     ++state_->revisions[index];

@@ -18,7 +18,7 @@ namespace cmpg::v1 {
 struct Device::State {
     explicit State(const std::string& select) : device(cmpg::Device::Options{.select = select}) {}
 
-    std::mutex mutex; // of whoever records, submits or frees
+    std::recursive_mutex mutex; // of whoever records, submits or frees; what is asked during a pass may free another renderer
     cmpg::Device device;
     DeviceInfo info;
 };
@@ -32,8 +32,9 @@ struct Scene::State {
 // Indices of the parameters that names and globs select, each once, in order of first mention. Error(Usage) on one that selects none.
 std::vector<std::uint32_t> selected(const cmpg::Scene& scene, std::span<const std::string> globs);
 
-// A copy of a scene that a renderer changes: differentiable parameters as floats.
-cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters, std::vector<std::uint64_t>& revisions);
+// A copy of a scene for a renderer to change: `parameters`, which the globs select, are floats. `revisions`: of the values that were copied.
+cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
+                   std::vector<std::uint64_t>& revisions);
 
 ParameterInfo describe(const cmpg::Parameter& parameter);
 

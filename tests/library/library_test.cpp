@@ -125,7 +125,8 @@ TEST(LibraryScene, ExportsWhatWasSet) {
 TEST(LibraryRenderer, MakesTheImagesOfTheProgram) {
     const Folder folder;
     ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --seed 3 -o " + (folder / "plain.exr")));
-    ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --train 2 --camera corner --set " + kPainting + "=0.5 -o " + (folder / "guided.exr")));
+    ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --train 2 --camera corner --set " + kPainting + "=0.5 -o " +
+                        (folder / "guided.exr")));
     Scene scene = Scene::load(kBox);
     Renderer renderer(device(), scene);
     EXPECT_EQ(renderer.render({.width = 24, .spp = 4, .seed = 3}).values, loadImage(folder / "plain.exr").values);
@@ -136,8 +137,7 @@ TEST(LibraryRenderer, MakesTheImagesOfTheProgram) {
 TEST(LibraryRenderer, MakesTheDerivativesOfTheProgram) {
     const Folder folder;
     const std::string common = "gradient " + kBox + " --param " + kPainting + " --set " + kPainting + "=0.5 --spp-gradient 4 --train 2 ";
-    const Renderer color(device(), Scene::load(kBox));
-    const Image adjoint = Renderer(color).render({.width = 24, .spp = 4});
+    const Image adjoint = Renderer(device(), Scene::load(kBox)).render({.width = 24, .spp = 4});
     saveImage(folder / "adjoint.exr", adjoint);
     ASSERT_TRUE(program(common + "--width 24 -o " + (folder / "forward.exr")));
     ASSERT_TRUE(program(common + "--adjoint " + (folder / "adjoint.exr") + " -o " + (folder / "backward.exr")));
@@ -167,6 +167,17 @@ TEST(LibraryRenderer, FrozenDerivativesAreThoseOfTheImage) {
     }
     EXPECT_GT(largest, 0);
     EXPECT_EQ(errorOf([&] { renderer.render({.train = 1, .frozen = true}); }).kind, ErrorKind::Usage);
+}
+
+TEST(LibraryRenderer, SaysWhereSumsOverflow) {
+    Scene scene = Scene::load(CMPG_SOURCE_DIR "/scenes/furnace/scene.gltf");
+    Renderer renderer(device(), scene);
+    const PassOptions pass{.width = 16, .height = 16, .spp = 4};
+    renderer.render(pass);
+    scene.set("wall.emission", std::vector{3e38f});
+    const Error error = errorOf([&] { renderer.render(pass); });
+    EXPECT_EQ(error.kind, ErrorKind::Numerical);
+    EXPECT_FALSE(error.remedy.empty());
 }
 
 TEST(LibraryRenderer, EndsAPassWhenAskedTo) {

@@ -1,6 +1,9 @@
 """Scenes, their parameters, images and errors."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -87,6 +90,13 @@ def test_errors_have_a_cause(scene):
         scene["paintin.baseColor"]
     assert PAINTING in caught.value.cause and PAINTING in str(caught.value)
     assert isinstance(caught.value, ValueError)
+
+
+def test_without_a_driver_the_error_names_a_package():
+    missing = {"VK_ICD_FILENAMES": "/nonexistent/driver.json", "VK_DRIVER_FILES": "/nonexistent/driver.json"}
+    result = subprocess.run([sys.executable, "-c", "import cmpg; cmpg.Device()"], env=os.environ | missing, capture_output=True, text=True)
+    assert result.returncode == 1
+    assert "cmpg.DeviceError" in result.stderr and "mesa-vulkan-drivers" in result.stderr
 
 
 def test_loads_pathlib_and_text(device):
