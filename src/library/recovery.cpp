@@ -195,6 +195,13 @@ struct Recovery::State {
             throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
         return std::size_t(found - parameters.begin());
     }
+    void abandonStep() {
+        try {
+            if (run->renderer().hasGuide())
+                run->passes().abandonStep();
+        } catch (const Error&) { // a device that is lost keeps nothing of the step either
+        }
+    }
     std::string madeWith() const { return device->info.name + ", " + device->info.driver; }
 };
 
@@ -212,8 +219,7 @@ RecoveryStep Recovery::step() {
             s.run->prepareStep();
         report = s.run->optimization().step();
     } catch (...) {
-        if (s.run->renderer().hasGuide())
-            s.run->passes().abandonStep();
+        s.abandonStep();
         throw;
     }
     const StepRecord record = recordOf(report);

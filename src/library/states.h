@@ -45,7 +45,7 @@ RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, 
 void require(bool valid, const std::string& option, const std::string& range);
 constexpr std::uint32_t kMostSamples = 1u << 24; // counts stay exact in float
 
-// About as often as somebody wants to be asked whether to go on.
+// Seconds between two calls of what may end a pass: soon enough for Ctrl-C.
 constexpr double kSubmissionSeconds = 0.2;
 Interaction interactionOf(const std::function<void()>& call);
 
