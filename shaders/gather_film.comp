@@ -6,15 +6,16 @@
 #include "shared/bindings.h"
 #include "shared/batch.h"
 #include "shared/wavefront.h"
+#include "lib/read_buffers.glsl"
 #include "shared/tape.h"
 #include "lib/film_sum.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
-layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
-layout(binding = kBindVertices, scalar) readonly buffer Vertices { Vertex vertices[]; };
-layout(binding = kBindTangents, scalar) readonly buffer Tangents { vec3 tangents[]; };
+QUEUE_UINT(pixelOffset, kBindPixelOffsets)
+QUEUE_UVEC4(suffixTexel, kBindSuffixes)
+QUEUE_UVEC4(tangentTexel, kBindTangents)
 layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
 layout(binding = kBindDifferenceFilm, scalar) buffer DifferenceFilm { FilmPixel differenceFilm[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
@@ -25,10 +26,10 @@ void main() {
     const uint pixel = globalIndex();
     if (push.count == 0 || pixel >= batch.pixels) return;
     FilmPixel p = film[pixel];
-    const uint first = pixelOffsets[pixel], end = pixelOffsets[pixel + 1]; // at most kMaxPixelSamples apart
+    const uint first = pixelOffset(pixel), end = pixelOffset(pixel + 1); // at most kMaxPixelSamples apart
     const uint sample0 = batch.earlierSamples + (pixel == 0 ? batch.firstSample : 0);
     for (uint path = first; path < end; ++path) {
-        const vec3 value = kForward ? tangents[path] : vertices[path].suffix;
+        const vec3 value = uintBitsToFloat(kForward ? tangentTexel(path).xyz : suffixTexel(path).xyz);
         const bool finite = !any(isnan(value)) && !any(isinf(value));
         if (!finite) atomicAdd(statistics[kDroppedPixel], 1);
         addSample(p, finite ? value : vec3(0), sample0 + (path - first));
@@ -37,7 +38,7 @@ void main() {
     if (kDifference) {
         FilmPixel d = differenceFilm[pixel];
         for (uint path = first; path < end; ++path) {
-            const vec3 value = vertices[path].suffix - tangents[path];
+            const vec3 value = uintBitsToFloat(suffixTexel(path).xyz) - uintBitsToFloat(tangentTexel(path).xyz);
             const bool finite = !any(isnan(value)) && !any(isinf(value));
             if (!finite) atomicAdd(statistics[kDroppedPixel], 1);
             addSample(d, finite ? value : vec3(0), sample0 + (path - first));

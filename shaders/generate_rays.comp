@@ -5,15 +5,15 @@
 #include "scene/features.glsl"
 #include "shared/bindings.h"
 #include "shared/batch.h"
-#include "shared/wavefront.h"
+#include "scene/queues.glsl"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
-layout(binding = kBindPixelOffsets, scalar) readonly buffer PixelOffsets { uint pixelOffsets[]; };
+QUEUE_UINT(pixelOffset, kBindPixelOffsets)
 layout(binding = kBindPaths, scalar) writeonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindRays, scalar) writeonly buffer Rays { Ray rays[]; };
+layout(binding = kBindRays, scalar) writeonly buffer Rays { uvec4 rays[]; };
 
 void main() {
     const uint path = globalIndex();
@@ -22,10 +22,10 @@ void main() {
     uint low = 0, high = batch.pixels - 1;
     for (uint i = 0; i < 32 && low < high; ++i) {
         const uint middle = (low + high + 1) / 2;
-        if (pixelOffsets[middle] <= path) low = middle;
+        if (pixelOffset(middle) <= path) low = middle;
         else high = middle - 1;
     }
-    const uint index = batch.earlierSamples + path - pixelOffsets[low] + (low == 0 ? batch.firstSample : 0);
+    const uint index = batch.earlierSamples + path - pixelOffset(low) + (low == 0 ? batch.firstSample : 0);
     paths[path] = uvec2(low, index);
 
     const uint pixel = batch.firstPixel + low;
@@ -44,5 +44,5 @@ void main() {
         ray.origin = batch.cameraOrigin;
         ray.direction = normalize(across + batch.cameraForward);
     }
-    rays[path] = ray;
+    WRITE_RAY(rays, path, ray)
 }

@@ -9,7 +9,10 @@
 #extension GL_EXT_shader_atomic_int64 : require
 #endif
 #include "scene/features.glsl"
-#include "shared/wavefront.h"
+#define CMPG_READ_VERTICES
+#define CMPG_READ_PATHS
+#define CMPG_READ_ADJOINTS
+#include "scene/queues.glsl"
 #include "shared/scene_info.h"
 #include "shared/batch.h"
 #include "scene/material_tables.glsl"
@@ -23,21 +26,19 @@ layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ScanPush push; };
 layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
-layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindVertices, scalar) buffer Vertices { Vertex vertices[]; };
-layout(binding = kBindNextVertices, scalar) readonly buffer NextVertices { Vertex nextVertices[]; };
-layout(binding = kBindVisibility, scalar) readonly buffer Visibility { uint visibility[]; };
-layout(binding = kBindTape, scalar) readonly buffer Tape { uint tape[]; };
-layout(binding = kBindTangents, scalar) writeonly buffer Tangents { vec3 tangents[]; };
-layout(binding = kBindNextTangents, scalar) readonly buffer NextTangents { vec3 nextTangents[]; };
-layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
+layout(binding = kBindSuffixes, scalar) writeonly buffer Suffixes { vec4 suffixes[]; };
+QUEUE_UVEC4(nextSuffix, kBindNextSuffixes)
+QUEUE_UINT(visibility, kBindVisibility)
+QUEUE_UINT(tapeWord, kBindTape)
+layout(binding = kBindTangents, scalar) writeonly buffer Tangents { vec4 tangents[]; };
+QUEUE_UVEC4(nextTangent, kBindNextTangents)
 READ_FLOAT(directionAt, kBindDirection)
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
-layout(binding = kBindNextArrivals, scalar) readonly buffer NextArrivals { Arrival nextArrivals[]; };
+QUEUE_UINT(nextArrivalWord, kBindNextArrivals)
 layout(binding = kBindDerivatives, scalar) writeonly buffer Derivatives { DerivativeParts derivatives[]; };
-layout(binding = kBindNextDerivatives, scalar) readonly buffer NextDerivatives { DerivativeParts nextDerivatives[]; };
+QUEUE_UINT(nextDerivativeWord, kBindNextDerivatives)
 layout(binding = kBindMoments, scalar) writeonly buffer Moments { VertexMoment moments[]; };
-layout(binding = kBindNextMoments, scalar) readonly buffer NextMoments { VertexMoment nextMoments[]; };
+QUEUE_UINT(nextMomentWord, kBindNextMoments)
 #include "scene/integer_sums.glsl"
 #include "scene/gradient_sums.glsl"
 #include "scene/guide_records.glsl"
@@ -52,15 +53,15 @@ struct Found {
 };
 
 void addFound(INOUT(Found) found, uint vertex, float weight, INOUT(vec3) own) {
-    found.incident += weight * nextVertices[vertex].suffix;
-    if (kForward || kDifference) found.tangent += weight * nextTangents[vertex];
+    found.incident += weight * uintBitsToFloat(nextSuffix(vertex).xyz);
+    if (kForward || kDifference) found.tangent += weight * uintBitsToFloat(nextTangent(vertex).xyz);
     if (kRecord && kDerivatives) {
-        const DerivativeParts parts = nextDerivatives[vertex];
+        const DerivativeParts parts = READ_PARTS(nextDerivativeWord, vertex);
         found.parts.plus += weight * parts.plus;
         found.parts.minus += weight * parts.minus;
     }
     if (kMeasure && push.firstEntry == 0) {
-        const VertexMoment moment = nextMoments[vertex];
+        const VertexMoment moment = READ_MOMENT(nextMomentWord, vertex);
         own += moment.own; // copies stand at one point and add to the same entries
         found.norm = rootSum(found.norm, moment.below);
     }
@@ -71,7 +72,7 @@ Found gatherFound(uint child) {
     if (child == kNone) return found;
     vec3 own = vec3(0);
     if (kRoulette) {
-        const Arrival arrival = nextArrivals[child];
+        const Arrival arrival = READ_ARRIVAL(nextArrivalWord, child);
         for (uint i = 0; i < arrival.count; ++i) addFound(found, arrival.first + i, arrival.weight, own);
     } else {
         addFound(found, child, 1.0, own);
@@ -83,7 +84,7 @@ Found gatherFound(uint child) {
 // The record of a drawn direction; vertices at the depth limit drew none.
 void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
     if (push.firstEntry != 0 || push.keepRecords == 0) return;
-    const GuideVisit visit = visits[slot];
+    const GuideVisit visit = GuideVisit(visitWord(2 * slot), visitWord(2 * slot + 1));
     if (visit.cell == kNone) return;
     const bool directed = visit.leaf != kNone;
     if (directed) ADD_RECORD(leafSums[visit.leaf].primal, scattered, guide.primalScale)
@@ -103,24 +104,24 @@ void main() {
     const uint slot = globalIndex();
     if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
     if (kRoulette && counts[0].overflow != 0) return; // the batch is void
-    const Vertex v = vertices[slot];
+    const Vertex v = readVertex(slot);
     const Found found = gatherFound(v.child);
     float visible = 0.0;
-    if (kLightSampling && v.shadow != kNone) visible = float(visibility[v.shadow]);
+    if (kLightSampling && v.shadow != kNone) visible = float(visibility(v.shadow));
     // A second slice of the gradients repeats the scan for its entries alone.
     const vec3 scattered = v.weight * found.incident;
     const vec3 reflected = visible * v.direct + scattered; // R
-    if (push.firstEntry == 0) vertices[slot].suffix = v.suffix + reflected;
+    if (push.firstEntry == 0) suffixes[slot].xyz = v.emission + reflected;
     if (kDifference)
-        tangents[slot] = tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent;
+        tangents[slot].xyz = tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent;
     if (!kDerivatives) {
         if (kRecord) leaveRecord(slot, scattered, reflected, noTerms());
         return;
     }
 
-    const uint material = tape[kPlaneMaterial * push.count + slot];
+    const uint material = tapeWord(kPlaneMaterial * push.count + slot);
     vec3 reach = vec3(1); // adjoint times throughput
-    if (kReverse) reach = adjoints[paths[v.path].x] * tapeGet3(slot, kPlaneThroughput);
+    if (kReverse) reach = readAdjoint(readPath(v.path).x) * tapeGet3(slot, kPlaneThroughput);
     Terms terms = noTerms();
     terms.drawn.plus = v.weight * found.parts.plus;
     terms.drawn.minus = v.weight * found.parts.minus;
@@ -136,10 +137,10 @@ void main() {
             const vec3 factor = tapeGet3(slot, kPlaneLight + 3);
             const vec2 lightUv1 = kTexcoord1 ? tapeGet2(slot, kPlaneLight + 6) : vec2(0);
             if (any(notEqual(factor, vec3(0))))
-                tangent += emissionTerm(tape[kPlaneLight * push.count + slot], tapeGet2(slot, kPlaneLight + 1), lightUv1, factor, reach, terms.lit, terms.own);
+                tangent += emissionTerm(tapeWord(kPlaneLight * push.count + slot), tapeGet2(slot, kPlaneLight + 1), lightUv1, factor, reach, terms.lit, terms.own);
         }
     }
-    if (kForward) tangents[slot] = tangent;
+    if (kForward) tangents[slot].xyz = tangent;
     if (push.firstEntry != 0) return;
     if (kMeasure) moments[slot] = VertexMoment(terms.own.sum, found.norm, terms.own.entry);
     if (kRecord) {

@@ -10,6 +10,7 @@
 #define CMPG_READ_HITS
 #define CMPG_READ_PREFIXES
 #define CMPG_READ_COPIES
+#define CMPG_READ_PATHS
 #include "scene/queues.glsl"
 #include "shared/film.h"
 #include "lib/physics.glsl"
@@ -27,12 +28,11 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
-layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { Ray nextRays[]; };
-layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { ShadowRay shadowRays[]; };
-layout(binding = kBindVertices, scalar) writeonly buffer Vertices { Vertex vertices[]; };
+layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { uvec4 nextRays[]; };
+layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { uvec4 shadowRays[]; };
+layout(binding = kBindVertices, scalar) writeonly buffer Vertices { uvec4 vertices[]; };
 layout(binding = kBindTape, scalar) writeonly buffer Tape { uint tape[]; };
-layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { Prefix nextPrefixes[]; };
+layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { uvec4 nextPrefixes[]; };
 layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
 layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
@@ -113,7 +113,7 @@ void shadeEscaped(uint slot, Ray ray) {
         uv = environmentUv(toEnvironment(scene.environment, ray.direction));
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
-        v.suffix = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
+        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
         if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
     }
     if (kDifference) tapeSecond(slot, second);
@@ -121,7 +121,7 @@ void shadeEscaped(uint slot, Ray ray) {
         tapeSurface(slot, kNone, uv, vec2(0));
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
     }
-    vertices[slot] = v;
+    WRITE_VERTEX(vertices, slot, v)
     if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }
 
@@ -197,7 +197,7 @@ void main() {
         emissionWeight = 1.0;
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
-        v.suffix = keepFinite(emissionWeight * radiance, kDroppedRadiance);
+        v.emission = keepFinite(emissionWeight * radiance, kDroppedRadiance);
         if (kDifference)
             second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
     }
@@ -215,7 +215,7 @@ void main() {
     bool guided = false;
     const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
-        const uvec2 path = paths[ray.path];
+        const uvec2 path = readPath(ray.path);
         const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
             wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, second.direct, light);
@@ -255,8 +255,10 @@ void main() {
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
-        nextRays[v.child] = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
-        if (kDerivatives && kPrefix) nextPrefixes[v.child] = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
+        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
+        WRITE_RAY(nextRays, v.child, next)
+        const Prefix collected = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
+        if (kDerivatives && kPrefix) WRITE_PREFIX(nextPrefixes, v.child, collected)
     }
     if (kLightSampling) v.shadow = allocateShadowRay(wantShadow);
     if (wantShadow) {
@@ -264,7 +266,8 @@ void main() {
         const vec3 origin = offsetRayOrigin(p.position, p.faceNormal, light.direction, p.magnitude);
         const vec3 way = light.target - origin;
         const float reach = light.hasTarget ? length(way) : light.distance;
-        shadowRays[v.shadow] = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
+        const ShadowRay shadow = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
+        WRITE_SHADOW_RAY(shadowRays, v.shadow, shadow)
     }
-    vertices[slot] = v;
+    WRITE_VERTEX(vertices, slot, v)
 }

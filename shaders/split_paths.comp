@@ -9,6 +9,8 @@
 #define CMPG_READ_RAYS
 #define CMPG_READ_HITS
 #define CMPG_READ_PREFIXES
+#define CMPG_READ_PATHS
+#define CMPG_READ_ADJOINTS
 #include "scene/queues.glsl"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
@@ -16,10 +18,8 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
-layout(binding = kBindPaths, scalar) readonly buffer Paths { uvec2 paths[]; };
-layout(binding = kBindAdjoint, scalar) readonly buffer Adjoints { vec3 adjoints[]; };
 layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
-layout(binding = kBindCopies, scalar) writeonly buffer Copies { Copy copies[]; };
+layout(binding = kBindCopies, scalar) writeonly buffer Copies { uvec4 copies[]; };
 
 const float kLeastSurvival = 0.1;
 
@@ -41,10 +41,10 @@ void main() {
     const uint slot = globalIndex();
     if (push.count == 0 || slot >= counts[push.bounce].rays) return;
     const Ray ray = readRay(slot);
-    const uvec2 path = paths[ray.path];
+    const uvec2 path = readPath(ray.path);
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
     if (push.bounce > 0) prefix = readPrefix(slot);
-    const float q = survival(ray, readHit(slot), prefix, adjoints[path.x]);
+    const float q = survival(ray, readHit(slot), prefix, readAdjoint(path.x));
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
     const uint count = uint(q) + (sampleSet(key, kSetRoulette).x >= 1.0 - fract(q) ? 1u : 0u); // q + u would round up to the next number
     const uint first = count > 0 ? atomicAdd(counts[push.bounce].vertices, count) : 0;
@@ -54,5 +54,8 @@ void main() {
         return;
     }
     arrivals[slot] = Arrival(first, count, weight);
-    for (uint i = 0; i < count; ++i) copies[first + i] = Copy(slot, i, weight, prefix.copies * count);
+    for (uint i = 0; i < count; ++i) {
+        const Copy copy = Copy(slot, i, weight, prefix.copies * count);
+        WRITE_COPY(copies, first + i, copy)
+    }
 }

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 #include "scene/queues.glsl"
 #include "lib/traverse.glsl"
 
-layout(binding = kBindHits, scalar) writeonly buffer Hits { Hit hits[]; };
+layout(binding = kBindHits, scalar) writeonly buffer Hits { uvec4 hits[]; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 
@@ -21,6 +21,7 @@ void main() {
         beginRay(ray.origin, ray.direction, uintBitsToFloat(0x7f800000u));
         if (walk())
             atomicAdd(counts[push.bounce].unfinished, 1u);
-        hits[i] = endRay();
+        const Hit hit = endRay();
+        WRITE_HIT(hits, i, hit)
     }
 }

@@ -2,7 +2,7 @@
 // covers (its MIS weight is in the emission already). Expects scene/integer_sums.glsl, statistics[].
 #include "shared/guide.h"
 layout(binding = kBindGuideInfo, scalar) uniform GuideInfoBlock { GuideInfo guide; };
-layout(binding = kBindGuideVisits, scalar) readonly buffer GuideVisits { GuideVisit visits[]; };
+QUEUE_UINT(visitWord, kBindGuideVisits)
 
 layout(binding = kBindGuideLeafSums, scalar) buffer GuideLeaves { GuideLeafSums leafSums[]; };
 layout(binding = kBindGuideCellSums, scalar) buffer GuideCells { GuideCellSums cellSums[]; };

@@ -1,7 +1,7 @@
 // What the backward scan does with a vertex's derivative record: forward mode contracts it with the direction, reverse mode adds it to
-// the gradient sums. Expects tape[], directionAt(), addGradient() and push.
+// the gradient sums. Expects tapeWord(), directionAt(), addGradient() and push.
 
-float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tape[plane * push.count + slot]); }
+float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tapeWord(plane * push.count + slot)); }
 vec2 tapeGet2(uint slot, uint plane) { return vec2(tapeGet(slot, plane), tapeGet(slot, plane + 1)); }
 vec3 tapeGet3(uint slot, uint plane) { return vec3(tapeGet(slot, plane), tapeGet(slot, plane + 1), tapeGet(slot, plane + 2)); }
 

@@ -53,9 +53,10 @@ CMPG_CONST kBindNextPrefixes = 39;
 
 // The tape: this bounce's pool and the next one's.
 CMPG_CONST kBindVertices = 40;
-CMPG_CONST kBindNextVertices = 41;
+CMPG_CONST kBindSuffixes = 41; // vec4 a vertex: E_i + R_i, what the scan makes of it
+CMPG_CONST kBindNextSuffixes = 31;
 CMPG_CONST kBindTape = 42; // floats in planes of `capacity`, see shaders/shared/tape.h
-CMPG_CONST kBindTangents = 43; // vec3 a vertex: forward mode, dE_i + T_i along the direction; difference mode, E_i + R_i under the second set of values
+CMPG_CONST kBindTangents = 43; // vec4 a vertex: forward mode, dE_i + T_i along the direction; difference mode, E_i + R_i under the second set of values
 CMPG_CONST kBindNextTangents = 44;
 CMPG_CONST kBindDerivatives = 45; // DerivativeParts a vertex, passes that record
 CMPG_CONST kBindNextDerivatives = 46;

@@ -71,10 +71,10 @@ struct QueueCounts {
     uvec3 vertexGroups;
 };
 
-// One vertex of the tape: the local factors of the estimator, nothing multiplied by the prefix or divided by it.
+// One vertex of the tape, three texels: the local factors of the estimator, nothing multiplied by the prefix or divided by it.
 //   R_i = N_i + w_i (E_{i+1} + R_{i+1})
 struct Vertex {
-    vec3 suffix; // while tracing: E_i, the emission found here times its MIS weight; after the scan: E_i + R_i
+    vec3 emission; // E_i: found here, times its MIS weight
     uint child; // ray of the next bounce, whose slot is also its vertex's unless roulette is on; kNone where the path ends
     vec3 direct; // N_i before visibility
     uint shadow; // its shadow ray, kNone without a light sample

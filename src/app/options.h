@@ -78,7 +78,7 @@ struct Options {
     std::vector<std::string> rate; // "RATE" or "SLOT=RATE"
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;
-    float totalVariation = 0, prior = 4;
+    float totalVariation = 0, prior = 8;
     std::uint32_t sppDifference = 8;       // of the images that steps carry on; 0: none
     std::uint32_t viewsPerStep = 0;        // of several targets; 0: all
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide

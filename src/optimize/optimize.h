@@ -28,7 +28,7 @@ struct OptimizeConfig {
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior |d|); of slots
-    // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 2 % of the target's root mean square are likely. What
+    // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely. What
     // is recovered is the most likely texture under both (maximum a posteriori). 0: any texture is as likely.
     double prior = 0;
     std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all

@@ -37,7 +37,7 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
     b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
     b.batch += needs.measure ? sizeof(gpu::PathMoment) : 0;
-    b.bounce = sizeof(gpu::Vertex) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.tangents() ? sizeof(glm::vec3) : 0);
+    b.bounce = sizeof(gpu::Vertex) + sizeof(glm::vec4) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.tangents() ? sizeof(glm::vec4) : 0);
     b.bounce += needs.record ? sizeof(gpu::GuideVisit) : 0;
     b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
     b.bounce += needs.measure ? sizeof(gpu::VertexMoment) : 0;
@@ -65,9 +65,10 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     const std::uint64_t n = capacity;
     const auto transient = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient); };
     const auto queue = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::Rgba32ui); };
+    const auto words = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::R32ui); };
     batch = transient("batch", sizeof(gpu::Batch));
-    pixelOffsets = transient("pixel offsets", (n + 1) * sizeof(std::uint32_t));
-    paths = transient("paths", n * sizeof(glm::uvec2));
+    pixelOffsets = words("pixel offsets", (n + 1) * sizeof(std::uint32_t));
+    paths = words("paths", n * sizeof(glm::uvec2));
     film = transient("film tile", n * sizeof(gpu::FilmPixel));
     statistics = transient("statistics", gpu::kStatisticsCount * sizeof(std::uint32_t));
     counts = transient("queue counts", (depth + 1) * sizeof(gpu::QueueCounts));
@@ -90,28 +91,29 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     if (needs.has(kModeDifference))
         differenceFilm = transient("difference tile", n * sizeof(gpu::FilmPixel));
     if (needs.has(kModeReverse)) {
-        adjoint = transient("adjoint tile", n * sizeof(glm::vec3));
+        adjoint = words("adjoint tile", n * sizeof(glm::vec3));
         gradients = Buffer(device, "gradient sums", needs.gradientEntries * 8, MemoryKind::Parameters);
     }
     if (needs.has(kModeForward))
         direction = Buffer(device, "direction", needs.gradientEntries * 4, MemoryKind::Parameters, Texel::R32f);
     for (std::uint32_t i = 0; i < depth; ++i) {
         Bounce bounce;
-        bounce.vertices = transient("vertices", n * sizeof(gpu::Vertex));
+        bounce.vertices = queue("vertices", n * sizeof(gpu::Vertex));
+        bounce.suffixes = queue("suffixes", n * sizeof(glm::vec4));
         if (features.lightSampling())
-            bounce.visibility = transient("visibility", n * sizeof(std::uint32_t));
+            bounce.visibility = words("visibility", n * sizeof(std::uint32_t));
         if (b.tapeWords)
-            bounce.tape = transient("tape", n * 4 * b.tapeWords);
+            bounce.tape = words("tape", n * 4 * b.tapeWords);
         if (needs.tangents())
-            bounce.tangents = transient("tangents", n * sizeof(glm::vec3));
+            bounce.tangents = queue("tangents", n * sizeof(glm::vec4));
         if (needs.record)
-            bounce.visits = transient("guide visits", n * sizeof(gpu::GuideVisit));
+            bounce.visits = words("guide visits", n * sizeof(gpu::GuideVisit));
         if (needs.derivativeRecords())
-            bounce.derivatives = transient("derivative parts", n * sizeof(gpu::DerivativeParts));
+            bounce.derivatives = words("derivative parts", n * sizeof(gpu::DerivativeParts));
         if (needs.measure)
-            bounce.moments = transient("moments", n * sizeof(gpu::VertexMoment));
+            bounce.moments = words("moments", n * sizeof(gpu::VertexMoment));
         if (needs.roulette)
-            bounce.arrivals = transient("arrivals", n * sizeof(gpu::Arrival));
+            bounce.arrivals = words("arrivals", n * sizeof(gpu::Arrival));
         bounces.push_back(std::move(bounce));
     }
 }
@@ -177,7 +179,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
         const Pools::Bounce& here = pools.bounces[b];
         const Pools::Bounce& next = pools.bounces[std::min(b + 1, depth - 1)]; // the last bounce continues nothing
         atBounce[b].set(gpu::kBindRays, pools.rays[b % 2]).set(gpu::kBindNextRays, pools.rays[(b + 1) % 2]);
-        atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindNextVertices, next.vertices);
+        atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindSuffixes, here.suffixes).set(gpu::kBindNextSuffixes, next.suffixes);
         atBounce[b].set(gpu::kBindVisibility, here.visibility);
         atBounce[b].set(gpu::kBindPrefixes, pools.prefixes[b % 2]).set(gpu::kBindNextPrefixes, pools.prefixes[(b + 1) % 2]);
         atBounce[b].set(gpu::kBindTape, here.tape).set(gpu::kBindGuideVisits, here.visits);

@@ -38,7 +38,7 @@ struct Pools {
     Buffer batch, pixelOffsets, paths, adjoint, film, differenceFilm, layerSamples, layerFilm, gradients, direction, statistics;
     Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, pathMoments;
     struct Bounce {
-        Buffer vertices, visibility, tape, tangents, arrivals, visits, derivatives, moments;
+        Buffer vertices, suffixes, visibility, tape, tangents, arrivals, visits, derivatives, moments;
     };
     std::vector<Bounce> bounces;
 };
