@@ -22,7 +22,7 @@ struct Target {
     static Target load(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
 };
 
-// Defaults are those of the command line's `optimize`.
+// Also of the command line's `optimize`, which has its defaults from here.
 struct RecoveryOptions {
     PathOptions paths = {};
     std::vector<std::string> parameters = {}; // names or globs: what is recovered
@@ -39,7 +39,7 @@ struct RecoveryOptions {
     std::vector<std::pair<std::string, float>> rates = {};
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;         // what the schedule has multiplied rates by at the last step
-    float prior = 4;                // of textures: differences d of neighbouring texels are as likely as exp(-prior |d|); 0: none
+    float prior = 8;                // of textures: differences d of neighbouring texels are as likely as exp(-prior |d|); 0: none
     float totalVariation = 0;       // weight of the total variation of textures
     std::uint32_t viewsPerStep = 0; // of several targets; 0: all
     std::uint32_t warmUp = 0;       // first steps, which only learn the guide

@@ -371,7 +371,7 @@ class Recovery(Iterator[RecoveryStep]):
     def __init__(self, scene: Scene, target: npt.ArrayLike | Path | Mapping[str, npt.ArrayLike | Path], param: Names, *, device: Device | None = None,
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 8, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
-                 prior: float = 4, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
+                 prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
                  mask: npt.ArrayLike | Path | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
                  guide_memory: int = 64) -> None:

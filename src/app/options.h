@@ -7,6 +7,8 @@
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
 
+#include <cmpg/recovery.h>
+
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -72,14 +74,14 @@ struct Options {
     std::string adjoint;
     bool check = false;
 
-    // optimize
-    std::uint32_t steps = 200;
-    OptimizerKind optimizer = OptimizerKind::Auto;
+    // optimize; the defaults of the library
+    std::uint32_t steps = v1::RecoveryOptions{}.steps;
+    OptimizerKind optimizer = v1::RecoveryOptions{}.optimizer;
     std::vector<std::string> rate; // "RATE" or "SLOT=RATE"
-    Schedule schedule = Schedule::Constant;
-    float finalRate = 0.1f;
-    float totalVariation = 0, prior = 8;
-    std::uint32_t sppDifference = 8;       // of the images that steps carry on; 0: none
+    Schedule schedule = v1::RecoveryOptions{}.schedule;
+    float finalRate = v1::RecoveryOptions{}.finalRate;
+    float totalVariation = v1::RecoveryOptions{}.totalVariation, prior = v1::RecoveryOptions{}.prior;
+    std::uint32_t sppDifference = v1::RecoveryOptions{}.sppDifference; // of the images that steps carry on; 0: none
     std::uint32_t viewsPerStep = 0;        // of several targets; 0: all
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
