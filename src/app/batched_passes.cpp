@@ -52,7 +52,7 @@ void divide(std::span<const double> values, std::vector<std::vector<double>>& gr
     }
 }
 
-ExitCode conclude(const BudgetedEstimate& estimate, const Options& options, Report& report, Session& session,
+ExitStatus conclude(const BudgetedEstimate& estimate, const Options& options, Report& report, Session& session,
                   std::optional<std::uint32_t> Options::* samples) {
     const std::uint32_t batches = options.effectiveBatches(), spp = estimate.samples * batches;
     const EstimateError& error = estimate.error;
@@ -68,13 +68,13 @@ ExitCode conclude(const BudgetedEstimate& estimate, const Options& options, Repo
     if (!options.quiet)
         textOut(options) << "  error             " << describe(error) << ", " << spp << " samples per pixel in " << batches << " batches\n";
     if (reached)
-        return ExitCode::Done;
+        return ExitStatus::Done;
     char target[32];
     std::snprintf(target, sizeof target, "%.3g %%", 100 * double(*options.errorTarget));
     const bool time = estimate.end == BudgetedEstimate::End::Time;
     logWarn("the error target of " + std::string(target) + " was not reached: the error is " + describe(error) + " after " + std::to_string(spp) +
             " samples per pixel; " + (time ? "allow more --time-budget" : "allow more samples"));
-    return ExitCode::CheckFailed;
+    return ExitStatus::CheckFailed;
 }
 
 } // namespace cmpg

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/error_budget.h"
+#include "app/exit_status.h"
 #include "app/session.h"
 #include "base/error.h"
 
@@ -23,7 +24,7 @@ void divide(std::span<const double> values, std::vector<std::vector<double>>& gr
 
 // Prints the error, adds it to the report, and writes the samples that were taken to run.json, where `samples` is the option for them.
 // CheckFailed where there is an error target that was not reached.
-ExitCode conclude(const BudgetedEstimate& estimate, const Options& options, Report& report, Session& session,
+ExitStatus conclude(const BudgetedEstimate& estimate, const Options& options, Report& report, Session& session,
                   std::optional<std::uint32_t> Options::* samples);
 
 } // namespace cmpg

@@ -20,7 +20,7 @@ std::optional<Checkpoint> Checkpoints::find() const {
     std::vector<std::string> refused;
     std::optional<Checkpoint> found = findCheckpoint(resumed_, refused);
     if (!found && !refused.empty())
-        throw Error(ExitCode::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
                     "begin anew without --resume");
     for (const std::string& reason : refused)
         log_.warn("checkpoint_refused", "a checkpoint is left aside for an older one: " + reason);
@@ -31,7 +31,7 @@ std::optional<Checkpoint> Checkpoints::find() const {
     requireSameRun(*found, identity_, folder);
     for (const auto& [option, steps] : {std::pair("--steps", steps_), std::pair("--stop-after", stopAfter_)})
         if (found->state.step > steps)
-            throw Error(ExitCode::Usage,
+            throw Error(ErrorKind::Usage,
                         "the run in '" + folder + "' is at step " + std::to_string(found->state.step) + ", beyond " + option + " " + std::to_string(steps));
     if (found->madeWith != madeWith_)
         log_.warn("other_device", "the run was on " + found->madeWith + " and goes on on " + madeWith_ + ": rounding may differ from here on");

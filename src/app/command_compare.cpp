@@ -40,7 +40,7 @@ Reference readReference(const CompareSubject& subject, CompareMode mode) {
         const fs::path file = name.empty() ? path : path / (name + ".exr");
         const Image image = readImage(file).image;
         if (image.width != shape.width || image.height != shape.height)
-            throw Error(ExitCode::Input,
+            throw Error(ErrorKind::Input,
                         "reference " + file.string() + " is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                             ", the derivative " + std::to_string(shape.width) + " x " + std::to_string(shape.height),
                         "it was made for another parameter or image size", "make it with the gradient command and the same options");
@@ -169,7 +169,7 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
 
 } // namespace
 
-ExitCode runCompare(const Options& options, Report& report) {
+ExitStatus runCompare(const Options& options, Report& report) {
     CompareSubject subject(options);
     std::optional<Reference> given;
     if (options.reference != "auto" && subject.modes.front() == CompareMode::Optimize)
@@ -189,7 +189,7 @@ ExitCode runCompare(const Options& options, Report& report) {
     printTable(textOut(options), report.extra["table"]);
     if (!options.quiet)
         textOut(options) << "wrote " << (folder / "report.html").string() << '\n';
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

@@ -5,7 +5,7 @@
 
 namespace cmpg {
 
-ExitCode runListDevices(const Options& options, Report& report) {
+ExitStatus runListDevices(const Options& options, Report& report) {
     const std::vector<DeviceInfo> devices = Device::list();
     auto& list = report.extra["devices"] = nlohmann::ordered_json::array();
     std::ostream& out = textOut(options);
@@ -18,10 +18,10 @@ ExitCode runListDevices(const Options& options, Report& report) {
         list.push_back(
             {{"index", i}, {"name", d.name}, {"type", d.type}, {"driver", d.driver}, {"usable", d.usable}, {"missing", d.missing}});
     }
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
-ExitCode runVersion(const Options& options, Report& report) {
+ExitStatus runVersion(const Options& options, Report& report) {
     std::ostream& out = textOut(options);
     out << "cmpg-vk " << CMPG_VERSION << '\n';
     report.extra["version"] = CMPG_VERSION;
@@ -41,7 +41,7 @@ ExitCode runVersion(const Options& options, Report& report) {
     out << "required: Vulkan 1.3, a compute queue, scalarBlockLayout, maintenance4, subgroup ballot and arithmetic in compute, "
         << kStorageBuffersPortable << " storage buffers in a kernel (" << kStorageBuffers << " with all that is optional)\n"
         << "optional: 64-bit integers and their atomics, texel buffers of 2^26 elements\n";
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

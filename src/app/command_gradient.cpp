@@ -28,7 +28,7 @@ std::vector<std::vector<float>> directionsOf(const Session& session, const std::
     return directions;
 }
 
-Image forward(const Options& options, Report& report, Session& session, const View& view, ExitCode& code) {
+Image forward(const Options& options, Report& report, Session& session, const View& view, ExitStatus& code) {
     const std::vector<std::vector<float>> directions = directionsOf(session, options.direction);
     const std::uint32_t spp = options.effectiveSppGradient();
     GuidedSession guided(options, report, session);
@@ -100,7 +100,7 @@ void writeGradients(const Options& options, Report& report, Session& session, co
     }
 }
 
-ExitCode runReverse(const Options& options, Report& report, Session& session) {
+ExitStatus runReverse(const Options& options, Report& report, Session& session) {
     const bool single = session.parameters.size() == 1;
     if (single)
         requireWritableFile(options.output, ".exr");
@@ -137,7 +137,7 @@ ExitCode runReverse(const Options& options, Report& report, Session& session) {
     std::vector<std::vector<double>> gradients;
     for (std::uint32_t p : session.parameters)
         gradients.emplace_back(session.scene.parameters[p].entries());
-    ExitCode code = ExitCode::Done;
+    ExitStatus code = ExitStatus::Done;
     if (const std::uint32_t batches = options.effectiveBatches()) {
         const bool continues = !options.positivize && options.pixelSampling == PixelSampling::Uniform;
         const BudgetedEstimate estimate = spendBudget(sampleBudget(options, report, spp), [&](const BatchPart& part) {
@@ -205,7 +205,7 @@ bool checkParameter(const Options& options, Report& report, Session& session, co
     return result.agrees();
 }
 
-ExitCode runForward(const Options& options, Report& report, Session& session) {
+ExitStatus runForward(const Options& options, Report& report, Session& session) {
     if (!options.output.empty())
         requireWritableFile(options.output, ".exr");
     if (!options.layers.empty())
@@ -219,7 +219,7 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
     else
         session.prepare(view, folder, {Renderer::Mode::Forward}, !options.layers.empty());
     bool agrees = true;
-    ExitCode code = ExitCode::Done;
+    ExitStatus code = ExitStatus::Done;
     if (options.check) {
         report.extra["check"] = nlohmann::ordered_json::array();
         for (std::uint32_t p : session.parameters)
@@ -235,12 +235,12 @@ ExitCode runForward(const Options& options, Report& report, Session& session) {
         report.outputs.emplace_back("gradient", options.output);
         session.finish(&gradient);
     }
-    return agrees ? code : ExitCode::CheckFailed;
+    return agrees ? code : ExitStatus::CheckFailed;
 }
 
 } // namespace
 
-ExitCode runGradient(const Options& options, Report& report) {
+ExitStatus runGradient(const Options& options, Report& report) {
     Session session(options, report);
     return options.isReverse() ? runReverse(options, report, session) : runForward(options, report, session);
 }

@@ -1,5 +1,6 @@
 // guide: what a saved guide holds, whether it holds together, and what one of its cells looks like.
 #include "app/commands.h"
+#include "app/exit_status.h"
 #include "app/guide_maps.h"
 #include "app/guide_statistics.h"
 #include "app/output.h"
@@ -22,7 +23,7 @@ Weights parseWeights(const std::string& text) {
     char rest = 0;
     if (std::sscanf(text.c_str(), "%lf,%lf%c", &w.light, &w.derivative, &rest) != 2 || !(w.light >= 0 && w.light <= 1e30) ||
         !(w.derivative >= 0 && w.derivative <= 1e30) || w.light + w.derivative == 0)
-        throw Error(ExitCode::Usage, "--weights takes two numbers from 0 to 1e30, not both 0, not '" + text + "'", "",
+        throw Error(ErrorKind::Usage, "--weights takes two numbers from 0 to 1e30, not both 0, not '" + text + "'", "",
                     "the first weights light, the second its derivatives: --weights 1,0.5");
     return w;
 }
@@ -33,8 +34,8 @@ LoadedGuide load(const Options& options) {
         return loadGuide(options.input);
     } catch (const Error& error) {
         std::error_code ignored;
-        if (options.validateGuide && error.code == ExitCode::Input && fs::is_regular_file(options.input, ignored))
-            throw Error(ExitCode::CheckFailed, error.what(), error.cause, error.remedy);
+        if (options.validateGuide && error.kind == ErrorKind::Input && fs::is_regular_file(options.input, ignored))
+            throw CheckFailed(error);
         throw;
     }
 }
@@ -103,14 +104,14 @@ nlohmann::ordered_json toJson(const GuideFigures& f, const LoadedGuide& guide) {
 
 } // namespace
 
-ExitCode runGuide(const Options& options, Report& report) {
+ExitStatus runGuide(const Options& options, Report& report) {
     const Weights weights = parseWeights(options.weights);
     const LoadedGuide guide = load(options);
     const std::vector<GuideCellFigures> cells = cellFigures(guide.tree);
     const GuideFigures figures = figuresOf(guide.tree, cells);
     const std::uint32_t chosen = options.cell.value_or(figures.mostRecords);
     if (chosen >= cells.size())
-        throw Error(ExitCode::Usage, "there is no cell " + std::to_string(chosen), "the guide has cells 0 to " + std::to_string(cells.size() - 1),
+        throw Error(ErrorKind::Usage, "there is no cell " + std::to_string(chosen), "the guide has cells 0 to " + std::to_string(cells.size() - 1),
                     "--csv lists them");
     if (!options.output.empty())
         requireWritableFolder(options.output);
@@ -129,15 +130,15 @@ ExitCode runGuide(const Options& options, Report& report) {
         report.outputs.emplace_back("cell", file.string());
     }
     if (!options.validateGuide)
-        return ExitCode::Done;
+        return ExitStatus::Done;
     const std::string wrong = validateDensities(guide.tree);
     report.extra["guide"]["valid"] = wrong.empty();
     if (!wrong.empty())
-        throw Error(ExitCode::CheckFailed, options.input + " does not hold together: " + wrong, "it was made by something else",
-                    "save the guide anew");
+        throw CheckFailed({ErrorKind::Input, options.input + " does not hold together: " + wrong, "it was made by something else",
+                           "save the guide anew"});
     if (!options.csv)
         out << "valid:       yes\n";
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

@@ -167,13 +167,13 @@ void describeDevice(std::ostream& out, const Options& options, Report& report, S
 
 } // namespace
 
-ExitCode runInspect(const Options& options, Report& report) {
+ExitStatus runInspect(const Options& options, Report& report) {
     std::ostream& out = textOut(options);
     Session session(options, report);
     listContents(out, report, session.scene);
     listParameters(out, report, session.scene);
     describeDevice(out, options, report, session);
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

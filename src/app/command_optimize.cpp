@@ -4,6 +4,7 @@
 #include "app/commands.h"
 #include "app/contact_sheet.h"
 #include "app/display.h"
+#include "app/explain.h"
 #include "app/guided_session.h"
 #include "app/interrupt.h"
 #include "app/loss_curve.h"
@@ -16,7 +17,7 @@
 #include "optimize/gradient_watch.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
-#include "optimize/renderer_model.h"
+#include "optimize/recovery_run.h"
 #include "optimize/run_folder.h"
 
 #include <algorithm>
@@ -103,7 +104,7 @@ class RunLog {
 
     void afterStep(const StepReport& step, const RenderStatistics& statistics, const Report& report, const MemoryUse& device) {
         for (const GradientWatch::Finding& finding : watch_.observe(step))
-            log_.warn(finding.event, finding.text, finding.numbers);
+            log_.warn(finding.event, withOptions(finding.text, finding.options), finding.numbers);
         if ((step.step + 1) % interval_ == 0)
             log_.info("progress", "",
                       {{"loss", step.loss}, {"gradient_norm", recordOf(step).gradientNorm}, {"largest_samples", step.concentration}, {"paths", double(statistics.paths)},
@@ -161,22 +162,22 @@ std::unique_ptr<BatchedModel> batchedModel(const Options& options, const Report&
     return std::make_unique<BatchedModel>(inner, budget);
 }
 
-ExitCode tellErrors(const Options& options, Report& report, const BatchedModel& model) {
+ExitStatus tellErrors(const Options& options, Report& report, const BatchedModel& model) {
     const BatchedModel::Tally& errors = model.tally();
     report.extra["error"] = {{"gradients", errors.gradients}, {"missed", errors.missed}, {"worst", errors.worst}};
     if (errors.missed == 0)
-        return ExitCode::Done;
+        return ExitStatus::Done;
     char text[200];
     std::snprintf(text, sizeof text, "the error target of %.3g %% was not reached by %llu of %llu gradients: at worst the error is %.3g %%; allow more --spp-gradient",
                   100 * double(*options.errorTarget), static_cast<unsigned long long>(errors.missed),
                   static_cast<unsigned long long>(errors.gradients), 100 * errors.worst);
     logWarn(text);
-    return ExitCode::CheckFailed;
+    return ExitStatus::CheckFailed;
 }
 
 } // namespace
 
-ExitCode runOptimize(const Options& options, Report& report) {
+ExitStatus runOptimize(const Options& options, Report& report) {
     OptimizeConfig config = optimizeConfig(options);
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
@@ -185,32 +186,40 @@ ExitCode runOptimize(const Options& options, Report& report) {
     Options effective = options;
     effective.maxDepth = options.effectiveDepth(session.scene.maxDepth);
     Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
-    const Renderer::Mode imageMode = carriesImages(config, views.views.size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
-    session.prepare(views.views.front(), options.output, {imageMode, Renderer::Mode::Reverse});
-    GuidedSession guided(options, report, session);
-    guided.passes().setLearning(usesGuide(options));
-    RendererModel model(session.renderer(), guided.passes(), views.views, options.freeze.value_or(~0u));
-    const std::unique_ptr<BatchedModel> batched = batchedModel(options, report, model);
+    std::optional<RecoveryRun> recovery;
+    session.prepare(views.views.front(), options.output, [&](const RenderConfig& rendering) -> Renderer& {
+        return recovery.emplace(session.device(), session.scene, rendering, sessionOptions(options)).renderer();
+    });
+    GuidedSession guided(options, report, session, recovery->passes());
     config.stop = &stopOnInterrupt();
 
     DisplayStream display(options.displayServer, displayTitle(options));
     config.onImage = [&](std::size_t view, const Image& image) {
         display.show(views.views.size() == 1 ? "image" : "image." + std::to_string(view), image);
     };
-    ImageModel& shown = batched ? static_cast<ImageModel&>(*batched) : model;
-    Optimization run(shown, session.scene, config, session.parameters);
+    const BatchedModel* batched = nullptr; // where gradients have an error target
+    recovery->begin({.config = std::move(config),
+                     .views = views.views,
+                     .learn = usesGuide(options),
+                     .freeze = options.freeze.value_or(~0u),
+                     .wrap = [&](ImageModel& inner) {
+                         std::unique_ptr<BatchedModel> model = batchedModel(options, report, inner);
+                         batched = model.get();
+                         return model;
+                     }});
+    Optimization& run = recovery->optimization();
+    ImageModel& model = recovery->model();
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();
     RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
     folder.writeTargets(run);
     const Values startValues = valuesOf(run);
     if (start) {
-        resume(*start, run, shown);
+        resume(*start, run, model);
         for (const StepRecord& step : start->state.history)
             addStep(report, step);
     }
-    guided.passes().prepareAhead({imageMode, Renderer::Mode::Reverse});
-    guided.passes().prepareNext(imageMode);
+    recovery->prepareStep();
     log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {
@@ -228,7 +237,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
         log.setStep(step.step + 1);
         addStep(report, recordOf(step));
         folder.appendStep(step);
-        checkpoints.afterStep(run, shown);
+        checkpoints.afterStep(run, model);
         runLog.afterStep(step, session.renderer().statistics(), report, session.device().memory());
         showStep(run, display);
         if (step.step == 0)
@@ -248,7 +257,7 @@ ExitCode runOptimize(const Options& options, Report& report) {
         progress.finish();
 
     log.setStep(run.state().step);
-    checkpoints.write(run, shown);
+    checkpoints.write(run, model);
     folder.attempt([&] {
         session.record([&](Options& o) {
             if (std::exchange(o.timeBudget, {}))
@@ -257,14 +266,14 @@ ExitCode runOptimize(const Options& options, Report& report) {
     });
     folder.writeLosses(run.state().history);
     folder.writeScene(run);
-    if (failure && failure->code != ExitCode::Numerical) { // no device, no pictures
+    if (failure && failure->kind != ErrorKind::Numerical) { // no device, no pictures
         failure->remedy += (failure->remedy.empty() ? "" : ". ") + ("--resume " + folder.path().string() + " goes on from here");
         log.warn("failed", failure->what());
         throw *failure;
     }
     constexpr std::uint32_t kPictureFactor = 4, kLeastPictureSpp = 64; // pictures to keep deserve more samples than those a step throws away
     guided.passes().setLearning(false);
-    writePictures(run, shown, folder, startValues, std::max(kLeastPictureSpp, options.effectiveSpp() * kPictureFactor));
+    writePictures(run, model, folder, startValues, std::max(kLeastPictureSpp, options.effectiveSpp() * kPictureFactor));
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
     folder.attempt([&] { writeContactSheet(options, run, startValues, folder, views, report); });
@@ -274,13 +283,13 @@ ExitCode runOptimize(const Options& options, Report& report) {
     if (failure)
         throw *failure;
     if (!failures.empty())
-        throw Error(ExitCode::Output, "not everything could be written: " + failures.back(), "the disk is full, or the folder read-only or gone",
+        throw Error(ErrorKind::Output, "not everything could be written: " + failures.back(), "the disk is full, or the folder read-only or gone",
                     "make room and run again with --resume " + folder.path().string());
     if (!options.quiet)
         textOut(options) << "wrote " << (folder.path() / "contact_sheet.png").string() << '\n';
     if (!done)
-        return ExitCode::Interrupted;
-    return batched ? tellErrors(options, report, *batched) : ExitCode::Done;
+        return ExitStatus::Interrupted;
+    return batched ? tellErrors(options, report, *batched) : ExitStatus::Done;
 }
 
 } // namespace cmpg

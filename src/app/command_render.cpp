@@ -9,7 +9,7 @@
 
 namespace cmpg {
 
-ExitCode runRender(const Options& options, Report& report) {
+ExitStatus runRender(const Options& options, Report& report) {
     requireWritableFile(options.output, ".exr");
     if (!options.layers.empty())
         requireWritableFile(options.layers, ".exr");
@@ -24,7 +24,7 @@ ExitCode runRender(const Options& options, Report& report) {
     Layers layers;
     Image image;
     const PassKey key{.seed = options.seed};
-    ExitCode code = ExitCode::Done;
+    ExitStatus code = ExitStatus::Done;
     DisplayStream display(options.displayServer, displayTitle(options));
     if (const std::uint32_t batches = options.effectiveBatches()) {
         const BudgetedEstimate estimate = spendBudget(

@@ -85,7 +85,7 @@ void write(const CompareSubject& subject, const TradeoffReport& found, const fs:
 
 } // namespace
 
-ExitCode runTradeoff(const Options& options, Report& report) {
+ExitStatus runTradeoff(const Options& options, Report& report) {
     constexpr float kHalfAnHour = 1800;
     const double allowed = double(options.time.value_or(kHalfAnHour));
     const Options base = tradeoffOptions(options);
@@ -125,7 +125,7 @@ ExitCode runTradeoff(const Options& options, Report& report) {
     report.warnOfLosses();
     if (!options.quiet)
         textOut(options) << tradeoffMarkdown(found) << "wrote " << (folder / "report.html").string() << '\n';
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

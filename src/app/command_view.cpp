@@ -38,7 +38,7 @@ std::optional<float> betterExposure(const Image& image, float exposure) {
 
 } // namespace
 
-ExitCode runView(const Options& options, Report& report) {
+ExitStatus runView(const Options& options, Report& report) {
     requireWritableFile(options.output, ".png");
     const Image image = readImage(options.input, false, std::size_t(1) << 28, options.layer).image;
     report.width = image.width;
@@ -61,7 +61,7 @@ ExitCode runView(const Options& options, Report& report) {
         }
     }
     report.outputs.emplace_back("image", options.output);
-    return ExitCode::Done;
+    return ExitStatus::Done;
 }
 
 } // namespace cmpg

@@ -2,19 +2,19 @@
 #pragma once
 
 #include "app/report.h"
-#include "base/error.h"
+#include "app/exit_status.h"
 
 namespace cmpg {
 
-ExitCode runRender(const Options& options, Report& report);
-ExitCode runGradient(const Options& options, Report& report);
-ExitCode runOptimize(const Options& options, Report& report);
-ExitCode runCompare(const Options& options, Report& report);
-ExitCode runInspect(const Options& options, Report& report);
-ExitCode runTradeoff(const Options& options, Report& report);
-ExitCode runView(const Options& options, Report& report);
-ExitCode runGuide(const Options& options, Report& report);
-ExitCode runListDevices(const Options& options, Report& report);
-ExitCode runVersion(const Options& options, Report& report);
+ExitStatus runRender(const Options& options, Report& report);
+ExitStatus runGradient(const Options& options, Report& report);
+ExitStatus runOptimize(const Options& options, Report& report);
+ExitStatus runCompare(const Options& options, Report& report);
+ExitStatus runInspect(const Options& options, Report& report);
+ExitStatus runTradeoff(const Options& options, Report& report);
+ExitStatus runView(const Options& options, Report& report);
+ExitStatus runGuide(const Options& options, Report& report);
+ExitStatus runListDevices(const Options& options, Report& report);
+ExitStatus runVersion(const Options& options, Report& report);
 
 } // namespace cmpg

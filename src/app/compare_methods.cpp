@@ -70,14 +70,14 @@ std::vector<CompareMethod> parseMethods(const std::string& list, const Options& 
         const std::vector<std::string> parts = split(text, '+');
         CompareMethod method{text, base};
         if (!applyName(parts.front(), method.options))
-            throw Error(ExitCode::Usage, "--methods: there is no method '" + parts.front() + "'", "",
+            throw Error(ErrorKind::Usage, "--methods: there is no method '" + parts.front() + "'", "",
                         "methods are plain, bsdf, primal, differential, uniform, conditional, auto and ours");
         for (std::size_t i = 1; i < parts.size(); ++i)
             if (!applyPart(parts[i], method.options))
-                throw Error(ExitCode::Usage, "--methods: '" + text + "' has an unknown part '" + parts[i] + "'", "",
+                throw Error(ErrorKind::Usage, "--methods: '" + text + "' has an unknown part '" + parts[i] + "'", "",
                             "parts are pixels, roulette, positivize, nee, each also with 'no' before it, sobol and independent");
         if (std::any_of(methods.begin(), methods.end(), [&](const CompareMethod& m) { return m.name == text; }))
-            throw Error(ExitCode::Usage, "--methods names '" + text + "' twice");
+            throw Error(ErrorKind::Usage, "--methods names '" + text + "' twice");
         methods.push_back(std::move(method));
     }
     return methods;

@@ -2,7 +2,7 @@
 #include "app/compare_optimize.h"
 
 #include "app/guided_session.h"
-#include "optimize/renderer_model.h"
+#include "optimize/recovery_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,23 +24,23 @@ std::vector<View> viewsOf(const CompareSubject& subject) {
 class Run {
   public:
     Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
-        : subject_(subject), scene_(subject.scene), renderer_(device, scene_, renderConfig(subject, method)),
-          passes_(renderer_, guidedOptions(method.options)), model_(renderer_, passes_, viewsOf(subject), subject.options.freeze.value_or(~0u)) {
-        const Renderer::Mode image = carriesImages(config, viewsOf(subject).size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
-        renderer_.prepare({image, Renderer::Mode::Reverse});
-        passes_.setLearning(method.learns());
-        passes_.prepare({image, Renderer::Mode::Reverse});
+        : subject_(subject), scene_(subject.scene), run_(device, scene_, renderConfig(subject, method), guidedOptions(method.options)) {
         config.targets = {subject.target};
         config.targets.insert(config.targets.end(), subject.furtherTargets.begin(), subject.furtherTargets.end());
-        optimization_ = std::make_unique<Optimization>(model_, scene_, std::move(config), subject.parameters);
+        run_.begin({.config = std::move(config),
+                    .views = viewsOf(subject),
+                    .learn = method.learns(),
+                    .freeze = subject.options.freeze.value_or(~0u)});
+        run_.renderer().prepare({run_.imageMode(), Renderer::Mode::Reverse}); // compilation is no part of what is timed
+        run_.passes().prepare({run_.imageMode(), Renderer::Mode::Reverse});
         curve_.push_back({0, 0, meanSquaredParameterError(values(), subject.truth)});
     }
 
     void step() {
         const Stopwatch watch;
-        optimization_->step();
+        run_.optimization().step();
         seconds_ += watch.seconds();
-        curve_.push_back({seconds_, optimization_->state().step, meanSquaredParameterError(values(), subject_.truth)});
+        curve_.push_back({seconds_, run_.optimization().state().step, meanSquaredParameterError(values(), subject_.truth)});
     }
 
     std::vector<std::vector<float>> values() const {
@@ -51,28 +51,25 @@ class Run {
     }
     // Against the targets, mean of the views, with the same random numbers for all methods.
     double imageError() {
-        passes_.setLearning(false);
+        run_.passes().setLearning(false);
         double sum = 0;
-        for (std::size_t v = 0; v < model_.views(); ++v) {
-            const Image image = model_.render(v, kImageSpp, {.seed = subject_.seed(), .step = std::uint32_t(v), .pass = kImagePass});
-            const Target& target = optimization_->config().targets[v];
+        for (std::size_t v = 0; v < run_.model().views(); ++v) {
+            const Image image = run_.model().render(v, kImageSpp, {.seed = subject_.seed(), .step = std::uint32_t(v), .pass = kImagePass});
+            const Target& target = run_.optimization().config().targets[v];
             sum += evaluateLoss(Loss::Mse, image, target.image, target.mask).value;
         }
-        return sum / double(model_.views());
+        return sum / double(run_.model().views());
     }
     double seconds() const { return seconds_; }
-    std::uint32_t steps() const { return optimization_->state().step; }
+    std::uint32_t steps() const { return run_.optimization().state().step; }
     const std::vector<CurvePoint>& curve() const { return curve_; }
-    const GuidedPasses& passes() const { return passes_; }
-    const Renderer& renderer() const { return renderer_; }
+    const GuidedPasses& passes() const { return run_.passes(); }
+    const Renderer& renderer() const { return run_.renderer(); }
 
   private:
     const CompareSubject& subject_;
     Scene scene_;
-    Renderer renderer_;
-    GuidedPasses passes_;
-    RendererModel model_;
-    std::unique_ptr<Optimization> optimization_;
+    RecoveryRun run_;
     double seconds_ = 0;
     std::vector<CurvePoint> curve_;
 };

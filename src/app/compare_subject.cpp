@@ -36,7 +36,7 @@ std::vector<CompareMode> parseModes(const std::string& list) {
     for (std::string part; std::getline(in, part, ',');) {
         const auto* known = std::find_if(std::begin(kModes), std::end(kModes), [&](const auto& m) { return part == m.second; });
         if (known == std::end(kModes))
-            throw Error(ExitCode::Usage, "--mode: there is no mode '" + part + "'", "", "modes are forward, reverse and optimize");
+            throw Error(ErrorKind::Usage, "--mode: there is no mode '" + part + "'", "", "modes are forward, reverse and optimize");
         if (std::find(modes.begin(), modes.end(), known->first) == modes.end())
             modes.push_back(known->first);
     }
@@ -46,13 +46,13 @@ std::vector<CompareMode> parseModes(const std::string& list) {
 CompareSubject::CompareSubject(const Options& o)
     : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), scene(loadGltf(o.input)) {
     if (has(CompareMode::Reverse) && o.adjoint.empty() && o.target.empty())
-        throw Error(ExitCode::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
+        throw Error(ErrorKind::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
     if (has(CompareMode::Optimize) && o.target.empty())
-        throw Error(ExitCode::Usage, "--mode optimize needs --target");
+        throw Error(ErrorKind::Usage, "--mode optimize needs --target");
     if (o.target.size() > 1 && (modes.size() > 1 || !has(CompareMode::Optimize)))
-        throw Error(ExitCode::Usage, "several --target go with --mode optimize alone", "", "give one target, or compare optimisations");
+        throw Error(ErrorKind::Usage, "several --target go with --mode optimize alone", "", "give one target, or compare optimisations");
     if (modes.size() > 1 && o.reference != "auto")
-        throw Error(ExitCode::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
+        throw Error(ErrorKind::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
 
     parameters = selectParameters(scene, o.param);
     for (const std::uint32_t p : parameters) {

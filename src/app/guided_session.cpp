@@ -8,13 +8,6 @@
 namespace cmpg {
 namespace {
 
-// What is not asked of a session: passes in forward mode and images have no roulette.
-GuidedOptions sessionOptions(const Options& options) {
-    GuidedOptions guided = guidedOptions(options);
-    guided.roulette &= options.isReverse();
-    return guided;
-}
-
 const char* samplingName(Sampling sampling) {
     for (const auto& s : kSamplings)
         if (s.value == sampling)
@@ -47,23 +40,41 @@ GuidedOptions guidedOptions(const Options& options) {
             .atOnce = !options.saveGuide.empty()};
 }
 
+GuidedOptions sessionOptions(const Options& options) {
+    GuidedOptions guided = guidedOptions(options);
+    guided.roulette &= options.isReverse();
+    return guided;
+}
+
 bool usesGuide(const Options& options) {
     const bool wanted = options.sampling != Sampling::Bsdf || (options.roulette && options.isReverse()) || !options.saveGuide.empty();
     return wanted && (options.command == Command::Optimize || options.effectiveTrain() > 0 || !options.loadGuide.empty());
 }
 
 GuidedSession::GuidedSession(const Options& options, Report& report, Session& session)
-    : options_(options), report_(report), session_(session), passes_(session.renderer(), sessionOptions(options)) {
+    : options_(options), report_(report), session_(session),
+      own_(std::make_unique<GuidedPasses>(session.renderer(), sessionOptions(options))), passes_(*own_) {
+    load();
+}
+
+GuidedSession::GuidedSession(const Options& options, Report& report, Session& session, GuidedPasses& passes)
+    : options_(options), report_(report), session_(session), passes_(passes) {
+    load();
+}
+
+void GuidedSession::load() {
+    const Options& options = options_;
+    Session& session = session_;
     if (options.loadGuide.empty() || !usesGuide(options))
         return;
     LoadedGuide guide = loadGuide(options.loadGuide);
     if (guide.record.geometry != geometryHash(session.scene))
-        throw Error(ExitCode::Input, "'" + options.loadGuide + "' was learned in another scene", "the scene's triangles are not those of the guide",
+        throw Error(ErrorKind::Input, "'" + options.loadGuide + "' was learned in another scene", "the scene's triangles are not those of the guide",
                     "use the scene it was saved with, or learn a new one with --train and --save-guide");
     std::vector<std::string> names = guide.record.parameters;
     std::sort(names.begin(), names.end());
     if (options.command != Command::Render && names != parameterNames(session)) // an image needs no derivatives
-        throw Error(ExitCode::Input, "'" + options.loadGuide + "' was learned for other parameters",
+        throw Error(ErrorKind::Input, "'" + options.loadGuide + "' was learned for other parameters",
                     names.empty() ? "it was saved by a run without --param" : "it was saved for " + names.front() + (names.size() > 1 ? " and others" : ""),
                     "name the same --param, or learn a new one with --train and --save-guide");
     passes_.load(std::move(guide));

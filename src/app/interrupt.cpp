@@ -1,7 +1,7 @@
 // Ctrl-C: end at once, or after the step in flight.
 #include "app/interrupt.h"
 
-#include "base/error.h"
+#include "app/exit_status.h"
 
 #include <csignal>
 #include <unistd.h>
@@ -15,7 +15,7 @@ static_assert(std::atomic<bool>::is_always_lock_free); // a signal handler may t
 void exitNow(int) {
     constexpr char kMessage[] = "\ninterrupted\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
-    _exit(int(ExitCode::Interrupted));
+    _exit(int(ExitStatus::Interrupted));
 }
 
 void requestStop(int signal) {

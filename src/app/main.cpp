@@ -10,7 +10,7 @@ namespace {
 
 using namespace cmpg;
 
-ExitCode dispatch(const Options& options, Report& report) {
+ExitStatus dispatch(const Options& options, Report& report) {
     switch (options.command) {
     case Command::Open:
         return runViewerModule(options);
@@ -37,18 +37,18 @@ ExitCode dispatch(const Options& options, Report& report) {
     case Command::None:
         break;
     }
-    return ExitCode::Usage;
+    return ExitStatus::Usage;
 }
 
-ExitCode run(int argc, char** argv) {
+ExitStatus run(int argc, char** argv) {
     const Options options = parseOptions(argc, argv);
     Report report(options);
-    const ExitCode code = dispatch(options, report);
+    const ExitStatus code = dispatch(options, report);
     if (options.json && options.command != Command::Open)
         std::cout << report.toJson().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
     std::cout.flush();
     if (!std::cout)
-        throw Error(ExitCode::Output, "cannot write to standard output", "it was closed, or the disk is full");
+        throw Error(ErrorKind::Output, "cannot write to standard output", "it was closed, or the disk is full");
     return code;
 }
 
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
             return run(argc, argv);
         } catch (const HelpRequested& help) {
             std::cout << help.text;
-            return ExitCode::Done;
+            return ExitStatus::Done;
         }
     }));
 }

@@ -21,7 +21,7 @@ SlotRates parseRates(const std::vector<std::string>& texts) {
         char* end = nullptr;
         const float rate = std::strtof(value.c_str(), &end);
         if (value.empty() || *end != 0 || !(rate >= 0 && rate < 1e6f))
-            throw Error(ExitCode::Usage, "--rate takes RATE or SLOT=RATE with a rate from 0 to 1e6, not '" + text + "'");
+            throw Error(ErrorKind::Usage, "--rate takes RATE or SLOT=RATE with a rate from 0 to 1e6, not '" + text + "'");
         bool known = slot.empty();
         for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
             if (slot.empty() || slot == slotName(SlotKind(kind))) {
@@ -29,7 +29,7 @@ SlotRates parseRates(const std::vector<std::string>& texts) {
                 known = true;
             }
         if (!known)
-            throw Error(ExitCode::Usage, "--rate: there is no slot '" + slot + "'", "",
+            throw Error(ErrorKind::Usage, "--rate: there is no slot '" + slot + "'", "",
                         "slots are baseColor, roughness, metallic, specular, emission, normal and radiance");
     }
     return rates;
@@ -67,7 +67,7 @@ CheckpointInterval checkpointInterval(const Options& options) {
         return {.steps = 0, .seconds = *seconds};
     if (error == std::errc() && unit.empty() && number >= 0 && number <= 1e9 && number == std::floor(number))
         return {.steps = std::uint32_t(number), .seconds = 0};
-    throw Error(ExitCode::Usage, "--checkpoint-every takes a number of steps, or a time such as 30s, 10m or 1h, not '" + text + "'");
+    throw Error(ErrorKind::Usage, "--checkpoint-every takes a number of steps, or a time such as 30s, 10m or 1h, not '" + text + "'");
 }
 
 } // namespace cmpg

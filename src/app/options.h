@@ -7,6 +7,8 @@
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
 
+#include <cmpg/recovery.h>
+
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -72,14 +74,14 @@ struct Options {
     std::string adjoint;
     bool check = false;
 
-    // optimize
-    std::uint32_t steps = 200;
-    OptimizerKind optimizer = OptimizerKind::Auto;
+    // optimize; the defaults of the library
+    std::uint32_t steps = v1::RecoveryOptions{}.steps;
+    OptimizerKind optimizer = v1::RecoveryOptions{}.optimizer;
     std::vector<std::string> rate; // "RATE" or "SLOT=RATE"
-    Schedule schedule = Schedule::Constant;
-    float finalRate = 0.1f;
-    float totalVariation = 0, prior = 8;
-    std::uint32_t sppDifference = 8;       // of the images that steps carry on; 0: none
+    Schedule schedule = v1::RecoveryOptions{}.schedule;
+    float finalRate = v1::RecoveryOptions{}.finalRate;
+    float totalVariation = v1::RecoveryOptions{}.totalVariation, prior = v1::RecoveryOptions{}.prior;
+    std::uint32_t sppDifference = v1::RecoveryOptions{}.sppDifference; // of the images that steps carry on; 0: none
     std::uint32_t viewsPerStep = 0;        // of several targets; 0: all
     std::uint32_t warmUp = 0;              // first steps, which only learn the guide
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
@@ -132,25 +134,11 @@ void applyConfig(const nlohmann::json& config, Options& options);
 // Throws Error(Usage) on values and combinations that make no sense.
 void validate(const Options& options);
 
-// Names of the values of an option's enumeration.
-template <class E> struct EnumName {
-    E value;
-    const char* name;
-};
+// Names of the values of an option's enumeration; cmpg/options.h has others.
 inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sampler::Independent, "independent"}};
-inline constexpr EnumName<Sampling> kSamplings[] = {{Sampling::Bsdf, "bsdf"},       {Sampling::Primal, "primal"},
-                                                    {Sampling::Differential, "differential"}, {Sampling::Uniform, "uniform"},
-                                                    {Sampling::Conditional, "conditional"},   {Sampling::Auto, "auto"}};
 inline constexpr EnumName<Quality> kQualities[] = {
     {Quality::Preview, "preview"}, {Quality::Balanced, "balanced"}, {Quality::Accurate, "accurate"}};
 inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};
-inline constexpr EnumName<PixelSampling> kPixelSamplings[] = {{PixelSampling::Uniform, "uniform"}, {PixelSampling::Adjoint, "adjoint"}};
-inline constexpr EnumName<Loss> kLosses[] = {
-    {Loss::Mse, "mse"}, {Loss::L1, "l1"}, {Loss::Smape, "smape"}, {Loss::RelativeMse, "relative-mse"}};
-inline constexpr EnumName<OptimizerKind> kOptimizers[] = {
-    {OptimizerKind::Auto, "auto"}, {OptimizerKind::GaussNewton, "gauss-newton"}, {OptimizerKind::Adam, "adam"}, {OptimizerKind::Sgd, "sgd"}};
-inline constexpr EnumName<Schedule> kSchedules[] = {
-    {Schedule::Constant, "constant"}, {Schedule::Cosine, "cosine"}, {Schedule::Exponential, "exponential"}};
 inline constexpr EnumName<Command> kCommands[] = {
     {Command::Open, "open"},
     {Command::Render, "render"},   {Command::Gradient, "gradient"}, {Command::Optimize, "optimize"},

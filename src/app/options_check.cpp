@@ -14,7 +14,7 @@ namespace cmpg {
 namespace {
 
 [[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {
-    throw Error(ExitCode::Usage, what, "", remedy);
+    throw Error(ErrorKind::Usage, what, "", remedy);
 }
 
 void requirePositive(const std::optional<std::uint32_t>& value, const char* name, std::uint32_t highest) {

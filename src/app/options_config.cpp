@@ -113,7 +113,7 @@ template <class O, class V> void visitView(O& o, V&& v) {
 }
 
 [[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {
-    throw Error(ExitCode::Usage, what, "", remedy);
+    throw Error(ErrorKind::Usage, what, "", remedy);
 }
 
 template <class T> struct IsOptional : std::false_type {};

@@ -32,7 +32,7 @@ void applyText(const std::string& text, const std::string& file, Options& option
     try {
         config = nlohmann::json::parse(text);
     } catch (const nlohmann::json::exception& e) {
-        throw Error(ExitCode::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
+        throw Error(ErrorKind::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
     }
     applyConfig(config, options);
 }
@@ -43,14 +43,14 @@ void readResumed(const std::string& folder, Options& options) {
     if (const auto checkpoint = findCheckpoint(folder, refused))
         applyText(checkpoint->config, folder, options);
     else if (!refused.empty())
-        throw Error(ExitCode::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
                     "begin anew without --resume");
 }
 
 void readConfig(const std::string& file, Options& options) {
     std::ifstream in(file);
     if (!in)
-        throw Error(ExitCode::Usage, "cannot read the configuration '" + file + "'", "the file does not exist or is not readable",
+        throw Error(ErrorKind::Usage, "cannot read the configuration '" + file + "'", "the file does not exist or is not readable",
                     "give the path of a run.json");
     applyText({std::istreambuf_iterator<char>(in), {}}, file, options);
 }
@@ -168,7 +168,7 @@ Options parseOptions(int argc, const char* const* argv) {
             throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
         throw HelpRequested{app.help("", CLI::AppFormatMode::All)};
     } catch (const CLI::ParseError& e) {
-        throw Error(ExitCode::Usage, e.what(), "", "see cmpg-vk --help");
+        throw Error(ErrorKind::Usage, e.what(), "", "see cmpg-vk --help");
     }
     for (const auto& c : kCommands)
         if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name))

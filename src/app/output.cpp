@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& cause, const std::string& remedy) {
-    throw Error(ExitCode::Output, "cannot write '" + path.string() + "'", cause, remedy);
+    throw Error(ErrorKind::Output, "cannot write '" + path.string() + "'", cause, remedy);
 }
 
 // A name in `folder` that other processes do not use.
@@ -50,7 +50,7 @@ void requireWritableFile(const fs::path& file, const char* extension) {
     if (fs::is_directory(file, error))
         refuse(file, "it is a folder", "name a file in it");
     if (lowerCase(file.extension().string()) != extension)
-        throw Error(ExitCode::Usage, "'" + file.string() + "' is to be a " + std::string(extension + 1) + " file", "",
+        throw Error(ErrorKind::Usage, "'" + file.string() + "' is to be a " + std::string(extension + 1) + " file", "",
                     "end its name in " + std::string(extension));
     const fs::path folder = folderOf(file);
     if (!fs::is_directory(folder, error))

@@ -36,7 +36,7 @@ std::optional<std::vector<float>> parseNumbers(const std::string& text) {
 std::vector<float> readEntries(const Parameter& parameter, const std::string& file) {
     const Image image = readImage(file).image;
     if (std::size_t(image.width) != parameter.width || std::size_t(image.height) != parameter.height)
-        throw Error(ExitCode::Input,
+        throw Error(ErrorKind::Input,
                     "'" + file + "' is " + sizeText(image.width, image.height) + ", but " + parameter.name + " has " +
                         sizeText(parameter.width, parameter.height) + " entries",
                     "the image was made for another parameter", "give an image of the parameter's own size, or a number");
@@ -46,34 +46,8 @@ std::vector<float> readEntries(const Parameter& parameter, const std::string& fi
             values[p * parameter.channels + c] = image.values[p * image.channels + std::min<int>(c, image.channels - 1)];
     for (float v : values)
         if (!std::isfinite(v))
-            throw Error(ExitCode::Input, "'" + file + "' holds values that are not finite", "", "repair the image");
+            throw Error(ErrorKind::Input, "'" + file + "' holds values that are not finite", "", "repair the image");
     return values;
-}
-
-std::vector<float> fill(const Parameter& parameter, const std::vector<float>& numbers) {
-    if (numbers.size() != 1 && numbers.size() != parameter.channels)
-        throw Error(ExitCode::Usage,
-                    parameter.name + " has " + std::to_string(parameter.channels) + " channel(s), but " + std::to_string(numbers.size()) +
-                        " values were given",
-                    "", "give one number" + std::string(parameter.channels == 3 ? " or r,g,b" : ""));
-    std::vector<float> values(parameter.entries());
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = numbers.size() == 1 ? numbers[0] : numbers[i % parameter.channels];
-    return values;
-}
-
-void requireRange(const Parameter& parameter, std::vector<float>& values) {
-    constexpr float kRounding = 1e-4f; // of files that went through another program
-    const float lowest = parameter.lowest(), highest = parameter.highest();
-    for (float& v : values) {
-        if (!(v >= lowest - kRounding && v <= highest + kRounding) || std::isinf(v)) {
-            char text[160];
-            std::snprintf(text, sizeof text, "%g is out of the range of %s, [%g, %g]", double(v), parameter.name.c_str(), double(lowest),
-                          double(highest));
-            throw Error(ExitCode::Usage, text, "", "values are linear; 'inspect' prints the ranges");
-        }
-        v = std::clamp(v, lowest, highest);
-    }
 }
 
 } // namespace
@@ -82,15 +56,11 @@ void applySet(Scene& scene, const std::string& assignment) {
     const std::size_t equals = assignment.find('=');
     const std::string name = assignment.substr(0, equals), value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
     if (name.empty() || value.empty())
-        throw Error(ExitCode::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
+        throw Error(ErrorKind::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
     const auto numbers = parseNumbers(value);
     for (std::uint32_t index : scene.select(name)) {
         Parameter& parameter = scene.parameters[index];
-        std::vector<float> values = numbers ? fill(parameter, *numbers) : readEntries(parameter, value);
-        requireRange(parameter, values);
-        parameter.values = std::move(values);
-        parameter.bytes.clear();
-        parameter.bytes.shrink_to_fit();
+        setValues(parameter, numbers ? filled(parameter, *numbers) : readEntries(parameter, value));
     }
 }
 
@@ -109,14 +79,6 @@ std::vector<float> directionOf(const Parameter& parameter, const std::string& di
     if (direction == "self")
         return valuesOf(parameter);
     return readEntries(parameter, direction);
-}
-
-std::vector<float> valuesOf(const Parameter& parameter) {
-    if (!parameter.values.empty())
-        return parameter.values;
-    Parameter copy = parameter;
-    copy.materialise();
-    return std::move(copy.values);
 }
 
 } // namespace cmpg

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/image.h"
-#include "scene/scene.h"
+#include "scene/parameter_values.h"
 
 #include <span>
 #include <string>
@@ -19,8 +19,5 @@ std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const 
 
 // The direction of a forward derivative: "one", "self" or a file of the parameter's own size; entries() floats.
 std::vector<float> directionOf(const Parameter& parameter, const std::string& direction);
-
-// Current values, also of parameters that are kept as bytes.
-std::vector<float> valuesOf(const Parameter& parameter);
 
 } // namespace cmpg

@@ -1,90 +1,14 @@
-// What an optimisation is, by name. Options stand under their names on the command line; contents of files under what they are.
+// What an optimisation is, by name: its options stand under their names on the command line.
 #include "app/run_identity.h"
 
 #include "base/error.h"
+#include "optimize/content_identity.h"
 #include "scene/file_io.h"
 
-#include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <type_traits>
-#include <zlib.h>
 
 namespace cmpg {
 namespace {
-
-// CRC-32 of numbers: enough to tell a change from none.
-class Digest {
-  public:
-    template <class T> Digest& add(const std::vector<T>& values) {
-        static_assert(std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>); // no padding
-        return add(values.data(), values.size() * sizeof(T));
-    }
-    template <class T>
-        requires(std::is_arithmetic_v<T> || std::is_enum_v<T>)
-    Digest& add(T value) {
-        return add(&value, sizeof value);
-    }
-    template <int N> Digest& add(const glm::vec<N, float>& v) { return add(&v, sizeof v); }
-    template <int N> Digest& add(const std::vector<glm::vec<N, float>>& values) { return add(values.data(), values.size() * sizeof values[0]); }
-    template <int C, int R> Digest& add(const glm::mat<C, R, float>& m) { return add(&m, sizeof m); }
-    std::string text() const {
-        char hex[16];
-        std::snprintf(hex, sizeof hex, "%08lx", sum_);
-        return hex;
-    }
-
-  private:
-    Digest& add(const void* data, std::size_t bytes) {
-        if (bytes > 0) // crc32() takes a null pointer for a wish to begin
-            sum_ = crc32_z(sum_, static_cast<const Bytef*>(data), bytes);
-        return *this;
-    }
-    unsigned long sum_ = 0;
-};
-
-std::string geometryOf(const Scene& scene) {
-    const Geometry& g = scene.geometry;
-    return Digest().add(g.positions).add(g.normals).add(g.uv0).add(g.uv1).add(g.tangents).add(g.colors).add(g.triangles).text();
-}
-
-std::string valuesOf(const Parameter& p) {
-    Digest d;
-    d.add(p.width).add(p.height).add(p.channels).add(p.wrapU).add(p.wrapV).add(p.nearest).add(p.texcoord).add(p.uvTransform);
-    return d.add(p.values).add(p.bytes).add(p.srgb).add(p.scale).add(p.bias).text();
-}
-
-std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& parameters) {
-    Digest d;
-    for (const Material& m : scene.materials) {
-        for (const std::uint32_t p : m.parameters)
-            d.add(p);
-        d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
-    }
-    for (const AlphaTexture& a : scene.alphaTextures)
-        d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);
-    std::string text = d.text();
-    Digest others;
-    for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)
-        if (std::find(parameters.begin(), parameters.end(), p) == parameters.end())
-            for (const char c : valuesOf(scene.parameters[p]))
-                others.add(c);
-    return text + others.text();
-}
-
-std::string lightsOf(const Scene& scene) {
-    Digest d;
-    for (const PunctualLight& l : scene.lights)
-        d.add(l.kind).add(l.position).add(l.direction).add(l.intensity).add(l.range).add(l.innerCos).add(l.outerCos);
-    if (scene.environment)
-        d.add(scene.environment->parameter).add(scene.environment->rotation);
-    return d.text();
-}
-
-std::string cameraOf(const View& view) {
-    const Camera& c = *view.camera;
-    return Digest().add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height).text();
-}
 
 // What bears on the result, but is told by contents instead, and what does not. The number of steps bears on it through the schedule alone:
 // a run may go on beyond what was first asked for.
@@ -109,18 +33,10 @@ Checkpoint::Identity runIdentity(const Options& options, const Scene& scene, con
     for (const std::uint32_t p : parameters)
         names += (names.empty() ? "" : ", ") + scene.parameters[p].name;
     identity.emplace_back("--param", names);
-    identity.emplace_back("the scene's geometry", geometryOf(scene));
-    identity.emplace_back("the scene's materials", materialsOf(scene, parameters));
-    identity.emplace_back("the scene's lights", lightsOf(scene));
-    for (const std::uint32_t p : parameters)
-        identity.emplace_back("the start of " + scene.parameters[p].name, valuesOf(scene.parameters[p]));
-    for (std::size_t v = 0; v < views.size(); ++v) {
-        const std::string number = views.size() == 1 ? std::string() : std::string(" ") + std::to_string(v);
-        identity.emplace_back("the camera" + number, cameraOf(views[v]));
-        identity.emplace_back("the target" + number, Digest().add(targets[v].image.values).add(targets[v].mask).text());
-    }
+    for (auto& entry : contentIdentity(scene, parameters, views, targets))
+        identity.push_back(std::move(entry));
     if (!options.loadGuide.empty())
-        identity.emplace_back("the guide of --load-guide", Digest().add(readFile(options.loadGuide)).text());
+        identity.emplace_back("the guide of --load-guide", digestOf(readFile(options.loadGuide)));
     return identity;
 }
 
@@ -134,7 +50,7 @@ void requireSameRun(const Checkpoint& checkpoint, const Checkpoint::Identity& ru
     const auto refuse = [&](const std::string& name, const std::string* was, const std::string* is) {
         const bool option = name.starts_with("--");
         const std::string none = "none", values = option ? ": it has " + (was ? *was : none) + ", this one " + (is ? *is : none) : "";
-        throw Error(option ? ExitCode::Usage : ExitCode::Input, "the run in '" + folder + "' is another one: " + name + " differs" + values,
+        throw Error(option ? ErrorKind::Usage : ErrorKind::Input, "the run in '" + folder + "' is another one: " + name + " differs" + values,
                     "its result would be neither this run's nor that one's",
                     option ? "leave " + name + " away, or begin anew without --resume" : "give what the run was made with, or begin anew without --resume");
     };

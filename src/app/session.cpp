@@ -5,9 +5,11 @@
 #include "app/parameter_values.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "scene/image_size.h"
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace cmpg {
 
@@ -25,7 +27,7 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
     view.camera = &scene.camera(camera.empty() ? options.camera : camera);
     if (like) {
         if ((options.width && int(*options.width) != like->width) || (options.height && int(*options.height) != like->height))
-            throw Error(ExitCode::Input,
+            throw Error(ErrorKind::Input,
                         "the target or adjoint is " + std::to_string(like->width) + "x" + std::to_string(like->height) +
                             ", not of the size that --width and --height ask for",
                         "the images were rendered at another size", "leave --width and --height away, or scale the image");
@@ -33,23 +35,7 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
         view.height = like->height;
         return view;
     }
-    const double aspect = double(view.camera->aspect.value_or(1.0f));
-    const auto edge = [](double length) { return int(std::clamp(std::lround(length), 1l, 32768l)); };
-    if (options.width || !options.height) {
-        view.width = int(options.width.value_or(std::uint32_t(defaultWidth)));
-        view.height = options.height ? int(*options.height) : edge(view.width / aspect);
-    } else {
-        view.height = int(*options.height);
-        view.width = edge(view.height * aspect);
-    }
-    constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28; // as many as images that are read may have
-    if (std::uint64_t(view.width) * std::uint64_t(view.height) > kMostPixels)
-        throw Error(ExitCode::Usage,
-                    "an image of " + std::to_string(view.width) + "x" + std::to_string(view.height) + " is larger than " +
-                        std::to_string(kMostPixels >> 20) + " million pixels",
-                    "its floats alone would take " + std::to_string((std::uint64_t(view.width) * std::uint64_t(view.height) * 12) >> 30) +
-                        " GiB of host memory",
-                    "lower --width or --height");
+    std::tie(view.width, view.height) = imageSize(*view.camera, options.width, options.height, defaultWidth);
     return view;
 }
 
@@ -89,15 +75,19 @@ void Session::openDevice() {
 }
 
 void Session::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers) {
+    prepare(view, folder, [&](const RenderConfig& config) -> Renderer& {
+        own_ = std::make_unique<Renderer>(*device_, scene, config);
+        own_->prepare(modes, layers);
+        return *own_;
+    });
+}
+
+void Session::prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make) {
     report_.width = view.width;
     report_.height = view.height;
     openDevice();
     const RenderConfig config = renderConfig(options_, scene, parameters);
-    renderer_ = std::make_unique<Renderer>(*device_, scene, config);
-    if (options_.command == Command::Optimize) // whose passes have kernels made as they come
-        renderer_->expect(modes);
-    else
-        renderer_->prepare(modes, layers);
+    renderer_ = &make(config);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
 
@@ -136,7 +126,7 @@ void Session::finish(const Image* result) {
     constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
     const bool finite = !result || std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); });
     if (!finite || double(lost) > kTolerable * double(report_.paths))
-        throw Error(ExitCode::Numerical,
+        throw Error(ErrorKind::Numerical,
                     finite ? "more than one path in a hundred was dropped" : "the result holds values that are not finite",
                     "values of the scene are so large or small that floats overflow",
                     "look for extreme emission, intensities or sizes in the scene");

@@ -23,10 +23,12 @@ class Session {
 
     Scene scene;
     std::vector<std::uint32_t> parameters; // selected by --param
-    // Opens the device and builds the renderer, and its kernels for the passes in `modes` unless many kinds of pass will come, as in an
-    // optimisation, for the scene as it is now: after all other input was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed,
-    // and written to run.json in `folder` unless that is empty.
+    // Opens the device and builds the renderer and its kernels for the passes in `modes`, for the scene as it is now: after all other input
+    // was checked, which needs no device. The report takes up the view's size and the times so far. The configuration is printed, and
+    // written to run.json in `folder` unless that is empty.
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers = false);
+    // The same with a renderer that `make` makes, and that outlives all other use of the session.
+    void prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make);
     void openDevice(); // that prepare() opens if nobody has
     Renderer& renderer() { return *renderer_; } // after prepare()
     Device& device() { return *device_; }       // after either
@@ -43,7 +45,8 @@ class Session {
     Report& report_;
     Stopwatch loading_;
     std::optional<Device> device_;
-    std::unique_ptr<Renderer> renderer_;
+    std::unique_ptr<Renderer> own_;
+    Renderer* renderer_ = nullptr;
     Options effective_; // of run.json
     std::filesystem::path folder_;
 };

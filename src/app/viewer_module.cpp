@@ -20,7 +20,7 @@ fs::path findModule() {
     for (const fs::path& folder : {program, program / CMPG_MODULE_FOLDER})
         if (fs::exists(folder / kModuleFile, error))
             return folder / kModuleFile;
-    throw Error(ExitCode::Device, std::string("there is no window here: ") + kModuleFile + " is missing",
+    throw Error(ErrorKind::Device, std::string("there is no window here: ") + kModuleFile + " is missing",
                 "the program was built with -DCMPG_VIEWER=OFF, or the file was not installed; it was looked for in " + program.string() +
                     " and " + (program / CMPG_MODULE_FOLDER).lexically_normal().string(),
                 kRemedy);
@@ -28,16 +28,16 @@ fs::path findModule() {
 
 } // namespace
 
-ExitCode runViewerModule(const Options& options) {
+ExitStatus runViewerModule(const Options& options) {
     const fs::path file = findModule();
     void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL); // stays loaded: libraries it brings may have threads
     const auto enter = module ? reinterpret_cast<ViewerMain>(dlsym(module, kViewerMain)) : nullptr;
     if (!enter) {
         const char* const reason = dlerror();
-        throw Error(ExitCode::Device, "the window cannot be loaded: " + std::string(reason ? reason : file.string()),
+        throw Error(ErrorKind::Device, "the window cannot be loaded: " + std::string(reason ? reason : file.string()),
                     "a library of the window system is missing (package libglfw3), or the file is of another version", kRemedy);
     }
-    return ExitCode(enter(options));
+    return ExitStatus(enter(options));
 }
 
 } // namespace cmpg

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/options.h"
-#include "base/error.h"
+#include "app/exit_status.h"
 
 namespace cmpg {
 
@@ -11,6 +11,6 @@ using ViewerMain = int (*)(const Options& options);
 constexpr const char* kViewerMain = "cmpgViewerMain";
 
 // Loads the module and runs it. Error(Device) that names --headless where there is none.
-ExitCode runViewerModule(const Options& options);
+ExitStatus runViewerModule(const Options& options);
 
 } // namespace cmpg

@@ -204,11 +204,11 @@ void saveGuide(const std::filesystem::path& file, const SdTree& tree, const Guid
 LoadedGuide loadGuide(const std::filesystem::path& file) {
     const Bytes bytes = readFile(file);
     const auto refuse = [&](const std::string& what, const std::string& cause, const std::string& remedy = "save the guide anew") {
-        return Error(ExitCode::Input, file.string() + " " + what, cause, remedy);
+        return Error(ErrorKind::Input, file.string() + " " + what, cause, remedy);
     };
     const std::span<const std::uint8_t> all = bytes;
     if (all.size() < 8 || ByteReader(all).get<std::uint64_t>() != kMagic)
-        throw refuse("is no guide", "it is another kind of file, or empty", "name a file that --save-guide wrote");
+        throw refuse("is no guide", "it is another kind of file, or empty", "name a file that a run saved its guide to");
     if (all.size() < kHeaderBytes + kChecksumBytes)
         throw refuse("is truncated", "writing or copying it was cut short");
     ByteReader header(all.subspan(8));

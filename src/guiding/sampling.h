@@ -1,18 +1,9 @@
-// How directions are drawn: the kinds a user can ask for.
+// Constants of guided sampling; its kinds are those of the library.
 #pragma once
 
-namespace cmpg {
+#include <cmpg/options.h>
 
-// All but Bsdf draw half of the directions from the guide, where it knows something and the material is not too smooth, the other
-// half from the material. Light sampling joins all of them by multiple importance.
-enum class Sampling {
-    Bsdf,         // no guiding
-    Primal,       // guided by light
-    Differential, // guided by derivatives of light
-    Uniform,      // by both, normalised, half and half
-    Conditional,  // by both, weighted by what the path has collected so far
-    Auto,         // the best of Bsdf, Primal and Conditional, by variance times cost
-};
+namespace cmpg {
 
 // Of directions, drawn from the guide where it knows something and the material is not too smooth; more compounds the weights of long paths.
 constexpr float kGuideShare = 0.5f;

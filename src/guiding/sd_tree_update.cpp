@@ -173,7 +173,7 @@ UpdateReport SdTree::update(std::span<const CellRecords> records) {
     std::vector<const CellRecords*> byCell(cells_.size(), nullptr);
     for (const CellRecords& r : records) {
         if (r.cell >= cells_.size() || byCell[r.cell] || r.leaves.size() != cells_[r.cell].nodes.size())
-            throw Error(ExitCode::Numerical, "records of the guide's cell " + std::to_string(r.cell) + " do not fit the guide",
+            throw Error(ErrorKind::Numerical, "records of the guide's cell " + std::to_string(r.cell) + " do not fit the guide",
                         "they were made with another state of it");
         byCell[r.cell] = &r;
         report.records += r.count;

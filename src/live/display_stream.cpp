@@ -37,7 +37,7 @@ struct Address {
 
 Address parseAddress(const std::string& text) {
     const auto refuse = [&] {
-        return Error(ExitCode::Usage, "--display-server takes HOST:PORT, not '" + text + "'", "", "for example --display-server localhost:14158");
+        return Error(ErrorKind::Usage, "--display-server takes HOST:PORT, not '" + text + "'", "", "for example --display-server localhost:14158");
     };
     Address address;
     std::string rest;

@@ -112,7 +112,7 @@ void LiveSession::pick(int x, int y) {
 void LiveSession::save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look) {
     const auto write = [image = state()->picture(picture), picture, file, look] {
         if (!image)
-            throw Error(ExitCode::Output, std::string("there is no ") + livePictureName(picture) + " to save yet");
+            throw Error(ErrorKind::Output, std::string("there is no ") + livePictureName(picture) + " to save yet");
         savePicture(picture, *image, file, look);
     };
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({file, write}); });
@@ -121,7 +121,7 @@ void LiveSession::save(LivePicture picture, const std::filesystem::path& file, c
 void LiveSession::saveLoss(const std::filesystem::path& file) {
     const auto write = [loss = state()->loss, file] {
         if (!loss || loss->empty())
-            throw Error(ExitCode::Output, "there is no loss to save yet");
+            throw Error(ErrorKind::Output, "there is no loss to save yet");
         cmpg::saveLoss(*loss, file);
     };
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({file, write}); });

@@ -1,6 +1,7 @@
 // The thread of a session: takes requests, does one piece of work, publishes, and so on.
 #include "live/live_worker.h"
 
+#include "app/explain.h"
 #include "app/output.h"
 #include "live/guide_pick.h"
 #include "live/save_picture.h"
@@ -67,15 +68,15 @@ template <class F> bool LiveWorker::attempt(F&& f) {
     } catch (const Error& error) {
         fail(error);
     } catch (const std::bad_alloc&) {
-        fail(Error(ExitCode::Input, "the host ran out of memory", "the scene or an image is too large for this machine", "use smaller ones"));
+        fail(Error(ErrorKind::Input, "the host ran out of memory", "the scene or an image is too large for this machine", "use smaller ones"));
     } catch (const std::exception& error) {
-        fail(Error(ExitCode::Numerical, std::string("internal error: ") + error.what(), "this is a mistake in the program", "report it"));
+        fail(Error(ErrorKind::Numerical, std::string("internal error: ") + error.what(), "this is a mistake in the program", "report it"));
     }
     return false;
 }
 
 void LiveWorker::fail(const Error& error) {
-    state_.error = {state_.error.number + 1, error.what(), error.cause, error.remedy};
+    state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error)};
     try {
         if (work_)
             work_->recover();
@@ -170,7 +171,7 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
 void LiveWorker::useAsTarget(const LiveState& shown) {
     const auto& image = shown.picture(LivePicture::Image);
     if (!image || shown.preview || shown.settings.scene != work_->settings().scene)
-        throw Error(ExitCode::Usage, "there is no image yet to make a target of", "the view has just changed", "wait for the image");
+        throw Error(ErrorKind::Usage, "there is no image yet to make a target of", "the view has just changed", "wait for the image");
     const bool ofTarget = shown.settings.mode == LiveMode::Optimize && shown.settings.view < scene_->views();
     scene_->setTarget(ofTarget ? scene_->cameras[shown.settings.view] : shown.settings.camera, *image);
 }
@@ -195,7 +196,7 @@ void LiveWorker::answer(const LiveRequests& quick) {
         try {
             f();
         } catch (const Error& error) {
-            state_.error = {state_.error.number + 1, error.what(), error.cause, error.remedy};
+            state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error)};
         }
     };
     for (const LiveSave& save : quick.saves)

@@ -154,7 +154,7 @@ template <class Read> auto readSection(const std::vector<FileSection>& sections,
     return value;
 }
 
-Error invalid(const Malformed& malformed) { return {ExitCode::Input, "it is no valid checkpoint: " + malformed.what, "it was made by something else"}; }
+Error invalid(const Malformed& malformed) { return {ErrorKind::Input, "it is no valid checkpoint: " + malformed.what, "it was made by something else"}; }
 
 } // namespace
 

@@ -25,7 +25,7 @@ std::uint32_t checksum(std::span<const std::uint8_t> bytes, std::uint32_t before
     return bytes.empty() ? before : std::uint32_t(crc32_z(before, bytes.data(), bytes.size())); // which takes null for a wish to begin
 }
 
-Error refusal(const std::string& what, const std::string& cause) { return {ExitCode::Input, what, cause}; }
+Error refusal(const std::string& what, const std::string& cause) { return {ErrorKind::Input, what, cause}; }
 
 // A file descriptor that closes itself.
 class Descriptor {
@@ -128,7 +128,7 @@ void writeCheckpointFile(const fs::path& folder, const std::vector<FileSection>&
     const std::vector<fs::path> files = checkpointFiles(folder);
     const fs::path &current = files[0], &previous = files[1], &aside = files[2];
     const auto failed = [&](const std::string& reason) {
-        return Error(ExitCode::Output, "cannot write " + current.string() + ": " + reason, "no permission, no space, or a folder that is gone");
+        return Error(ErrorKind::Output, "cannot write " + current.string() + ": " + reason, "no permission, no space, or a folder that is gone");
     };
     std::error_code error;
     fs::create_directories(folder, error);

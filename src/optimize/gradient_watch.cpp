@@ -62,21 +62,21 @@ std::vector<GradientWatch::Finding> GradientWatch::observe(const StepReport& rep
 
     std::vector<Finding> findings;
     if (explode_.observe(usual > 0 && norm > kExplosion * usual, 3))
-        findings.push_back({"gradients_explode", "gradients are " + times(norm / usual) + " times as large as usual: lower --rate, or let it fall with --schedule",
-                            {{"norm", norm}, {"usual", usual}}});
+        findings.push_back({"gradients_explode", "gradients are " + times(norm / usual) + " times as large as usual: lower the rate, or let it fall",
+                            {{"norm", norm}, {"usual", usual}}, {"rate", "schedule"}});
     if (diverge_.observe(lowestLoss_ > 0 && loss > kDivergence * lowestLoss_, 8))
-        findings.push_back({"gradients_explode", "the loss has been " + times(kDivergence) + " times its lowest for some steps: lower --rate, or let it fall with --schedule",
-                            {{"loss", loss}, {"lowest", lowestLoss_}}});
+        findings.push_back({"gradients_explode", "the loss has been " + times(kDivergence) + " times its lowest for some steps: lower the rate, or let it fall",
+                            {{"loss", loss}, {"lowest", lowestLoss_}}, {"rate", "schedule"}});
     if (stall_.observe(norm <= kStall * largest_ && loss > kFound * firstLoss_ && loss > 0, 16))
         findings.push_back({"gradients_stall",
                             "gradients are all but zero, and the loss is not: values may be at the end of their range, or no path brings light from them to "
-                            "the image. Begin elsewhere with --set, or raise --spp-gradient or --max-depth",
-                            {{"norm", norm}, {"largest", largest_}, {"loss", loss}}});
+                            "the image. Begin elsewhere, or raise the samples of derivative passes or the depth",
+                            {{"norm", norm}, {"largest", largest_}, {"loss", loss}}, {"set", "spp-gradient", "max-depth"}});
     if (report.concentration > 0 && noisy_.observe(report.concentration > kNoisy, 16)) // 0: not measured
         findings.push_back({"gradients_noisy",
-                            "a few samples make up most of the gradient: raise --spp-gradient, let --sampling be auto, or look for small, strong lights that "
-                            "only chance finds",
-                            {{"share", report.concentration}}});
+                            "a few samples make up most of the gradient: take more of them, let the sampling be chosen automatically, or look for "
+                            "small, strong lights that only chance finds",
+                            {{"share", report.concentration}}, {"spp-gradient", "sampling"}});
     return findings;
 }
 

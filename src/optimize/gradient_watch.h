@@ -13,6 +13,7 @@ class GradientWatch {
         std::string event; // "gradients_explode", "gradients_stall", "gradients_noisy"
         std::string text;  // with the remedy
         std::vector<std::pair<std::string, double>> numbers;
+        std::vector<std::string> options; // that the remedy is about: see Error
     };
     // What has become true with this step. Each is found once, and again only after it was not so for some time.
     std::vector<Finding> observe(const StepReport& report);

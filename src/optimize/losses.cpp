@@ -82,9 +82,9 @@ NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
 
 LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask) {
     if (image.width != target.width || image.height != target.height || image.channels != target.channels)
-        throw Error(ExitCode::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
+        throw Error(ErrorKind::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
     if (!mask.empty() && mask.size() != image.pixels())
-        throw Error(ExitCode::Input,
+        throw Error(ErrorKind::Input,
                     "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
 
     const auto weight = [&](std::size_t p) { return mask.empty() ? 1.0 : double(mask[p]); };
@@ -95,7 +95,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
         return sum;
     });
     if (!(total > 0))
-        throw Error(ExitCode::Input, "no pixel of the target counts", "mask, alpha and clipping leave nothing to compare");
+        throw Error(ErrorKind::Input, "no pixel of the target counts", "mask, alpha and clipping leave nothing to compare");
 
     const std::size_t channels = std::size_t(image.channels);
     const double norm = 1 / (total * double(channels));

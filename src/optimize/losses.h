@@ -3,21 +3,14 @@
 
 #include "scene/image.h"
 
+#include <cmpg/options.h>
+
 #include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 
 namespace cmpg {
-
-// Of a value x with target y, eps = kLossEpsilon:
-enum class Loss {
-    Mse,         // (x - y)^2
-    L1,          // |x - y|
-    Smape,       // |x - y| / (|x| + |y| + eps)
-    RelativeMse, // (x - y)^2 / (y^2 + eps)
-};
-constexpr double kLossEpsilon = 1e-2;
 
 const char* lossName(Loss loss); // "mse", "l1", "smape", "relative-mse"
 

@@ -123,7 +123,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
                            OptimizeState start)
     : model_(model), scene_(scene), config_(std::move(config)), parameters_(std::move(parameters)), state_(std::move(start)) {
     if (config_.targets.size() != model_.views())
-        throw Error(ExitCode::Usage,
+        throw Error(ErrorKind::Usage,
                     std::to_string(model_.views()) + " views but " + std::to_string(config_.targets.size()) + " targets", {},
                     "give one target per view");
     for (std::size_t view = 0; view < model_.views(); ++view)
@@ -131,11 +131,12 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
     for (const Target& target : config_.targets)
         tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, target) : 0);
     if (parameters_.empty())
-        throw Error(ExitCode::Usage, "there is nothing to optimise", {}, "name a parameter with --param");
+        throw Error(ErrorKind::Usage, "there is nothing to optimise", {}, "name a parameter", {"param"});
     const bool allowed = allowsNewton(config_, model_.views());
     if (config_.optimizer.kind == OptimizerKind::GaussNewton && !allowed)
-        throw Error(ExitCode::Usage, "--optimizer gauss-newton needs a squared loss, and images that steps carry on",
-                    "the loss is no squared one, or --spp-difference is 0, or --views-per-step leaves views out", "take --optimizer adam, or change these");
+        throw Error(ErrorKind::Usage, "Gauss-Newton needs a squared loss, and images that steps carry on",
+                    "the loss is no squared one, or images get no samples of differences, or steps leave views out", "take Adam, or change these",
+                    {"optimizer", "loss", "spp-difference", "views-per-step"});
     for (const std::uint32_t index : parameters_) {
         Parameter& parameter = scene_.parameters.at(index);
         methods_.push_back(methodOf(config_.optimizer.kind, parameter.kind, allowed));
@@ -325,7 +326,7 @@ void Optimization::sumUp(StepReport& report) {
         finite += sum.finite;
     }
     if (finite == 0)
-        throw Error(ExitCode::Numerical, "no gradient of step " + std::to_string(state_.step) + " is finite",
+        throw Error(ErrorKind::Numerical, "no gradient of step " + std::to_string(state_.step) + " is finite",
                     "values of the scene or the target are too large, or a learning rate threw the parameters off",
                     "lower the learning rate or look at the target");
 }
@@ -387,7 +388,7 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
             fits = fits && (state.pixelShares[view].empty() || state.pixelShares[view].size() == std::size_t(width) * std::size_t(height));
     }
     if (!fits)
-        throw Error(ExitCode::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
+        throw Error(ErrorKind::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
 }
 
 void Optimization::restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients) {

@@ -3,15 +3,12 @@
 
 #include "scene/scene.h"
 
+#include <cmpg/options.h>
+
 #include <array>
 #include <span>
 
 namespace cmpg {
-
-// Auto: Gauss-Newton for what an image depends on nearly linearly, and Adam for roughness and normals; Adam alone where Gauss-Newton has not what it needs
-// (OptimizeConfig::optimizer).
-enum class OptimizerKind { Auto, GaussNewton, Adam, Sgd };
-enum class Schedule { Constant, Cosine, Exponential };
 
 constexpr std::size_t kSlotKinds = std::size_t(SlotKind::Radiance) + 1;
 using SlotRates = std::array<float, kSlotKinds>; // indexed by SlotKind

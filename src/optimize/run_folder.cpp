@@ -17,12 +17,12 @@ void makeFolder(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (!fs::is_directory(folder))
-        throw Error(ExitCode::Output, "cannot make the folder " + folder.string(),
+        throw Error(ErrorKind::Output, "cannot make the folder " + folder.string(),
                     error ? error.message() : "a file of that name is in the way", "choose another folder with -o");
 }
 
 Error unwritable(const fs::path& file) {
-    return {ExitCode::Output, "cannot write " + file.string(), "the folder is read-only or gone, or the disk full", "choose another folder with -o"};
+    return {ErrorKind::Output, "cannot write " + file.string(), "the folder is read-only or gone, or the disk full", "choose another folder with -o"};
 }
 
 std::string row(std::size_t step, const StepRecord& r) {

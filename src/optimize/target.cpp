@@ -24,7 +24,7 @@ Image threeChannels(Image image) {
 void applyMask(Target& target, const std::filesystem::path& file) {
     const Image mask = threeChannels(readImage(file, true).image);
     if (mask.width != target.image.width || mask.height != target.image.height)
-        throw Error(ExitCode::Input,
+        throw Error(ErrorKind::Input,
                     "mask " + file.string() + " is " + sizeText(mask.width, mask.height) + ", its target " + target.name + " is " +
                         sizeText(target.image.width, target.image.height),
                     "it was made for another image", "give a mask of the target's size");
@@ -64,9 +64,9 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
         total += target.mask[p];
     }
     if (total == 0)
-        throw Error(ExitCode::Input, "no pixel of target " + target.name + " counts",
+        throw Error(ErrorKind::Input, "no pixel of target " + target.name + " counts",
                     "alpha and mask are 0 or values are clipped or not finite everywhere",
-                    "check the alpha channel, --mask and the exposure of the picture");
+                    "check the alpha channel, the mask and the exposure of the picture", {"mask", "target-exposure"});
     if (std::all_of(target.mask.begin(), target.mask.end(), [](float w) { return w == 1; }))
         target.mask.clear();
     return target;
@@ -75,11 +75,11 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
 void requireSize(const Target& target, int width, int height) {
     if (target.image.width == width && target.image.height == height)
         return;
-    throw Error(ExitCode::Input,
+    throw Error(ErrorKind::Input,
                 "target " + target.name + " is " + sizeText(target.image.width, target.image.height) + ", the image " +
                     sizeText(width, height),
-                "--width or --height differ from the target's, or the targets of several cameras differ in size",
-                "leave --width and --height away, or resample the target to " + sizeText(width, height));
+                "the size asked for differs from the target's, or the targets of several cameras differ in size",
+                "leave the size to the target, or resample the target to " + sizeText(width, height), {"width", "height"});
 }
 
 } // namespace cmpg

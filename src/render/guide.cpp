@@ -104,8 +104,8 @@ void Guide::discardRecords() {
 
 void Guide::replace(SdTree other) {
     if (other.nodes() > mostNodes_)
-        throw Error(ExitCode::Input, "the guide does not fit: it has " + std::to_string(other.nodes()) + " nodes",
-                    "there is room for " + std::to_string(mostNodes_), "raise --guide-memory");
+        throw Error(ErrorKind::Input, "the guide does not fit: it has " + std::to_string(other.nodes()) + " nodes",
+                    "there is room for " + std::to_string(mostNodes_), "raise the memory budget of the guide", {"guide-memory"});
     other.limitNodes(mostNodes_);
     tree = std::move(other);
     for (GuideCell& cell : tree.cells())

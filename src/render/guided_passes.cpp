@@ -559,7 +559,8 @@ GuidedState GuidedPasses::state() const {
 void GuidedPasses::restore(GuidedState state, std::optional<SdTree> tree) {
     Impl& p = *impl_;
     if (state.images.figures.size() != p.images.ways().size() || state.derivatives.figures.size() != p.derivatives.ways().size())
-        throw Error(ExitCode::Input, "what was learned is of other ways of sampling", "--sampling or --roulette changed");
+        throw Error(ErrorKind::Input, "what was learned is of other ways of sampling", "how directions are drawn, or the roulette, changed", {},
+                    {"sampling", "roulette"});
     if (tree)
         p.renderer.setGuide(std::move(*tree));
     p.images.restore(std::move(state.images));

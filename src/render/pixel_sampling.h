@@ -5,8 +5,6 @@
 
 namespace cmpg {
 
-enum class PixelSampling { Uniform, Adjoint };
-
 struct PixelSamples {
     std::vector<std::uint32_t> counts; // samples the pixel gets in this pass
     std::vector<float> weights;        // 1/E[count]: makes the weighted sum over the samples unbiased

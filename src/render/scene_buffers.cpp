@@ -318,7 +318,7 @@ void SceneBuffers::bind(Bindings& b) const {
 void SceneBuffers::requireEntries(std::uint32_t parameter, std::size_t count) const {
     const Parameter& p = scene_.parameters[parameter];
     if (count != p.entries())
-        throw Error(ExitCode::Usage, p.name + " takes " + std::to_string(p.entries()) + " values, not " + std::to_string(count),
+        throw Error(ErrorKind::Usage, p.name + " takes " + std::to_string(p.entries()) + " values, not " + std::to_string(count),
                     "the values were made for another shape", "see `inspect` for the parameter's shape");
 }
 
@@ -326,7 +326,7 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
     requireEntries(parameter, values.size());
     Parameter& p = scene_.parameters[parameter];
     if (p.values.empty())
-        throw Error(ExitCode::Usage, p.name + " is kept in packed form and cannot change", "it was not named when the renderer was made");
+        throw Error(ErrorKind::Usage, p.name + " is kept in packed form and cannot change", "it was not named when the renderer was made");
     std::copy(values.begin(), values.end(), p.values.begin());
     if (places_[parameter] != gpu::kNone) {
         writeValues(parameter, values, 0);

@@ -264,7 +264,7 @@ Bvh buildBvh(const Geometry& geometry, unsigned threads) {
     bvh.records.reserve(references.size() * 3 / 2 + 1);
     Writer(geometry, tree, pairs, references, bvh).run();
     if (bvh.records.size() > gpu::kMaxBvhRecords)
-        throw Error(ExitCode::Input, "the scene has too many triangles: " + std::to_string(geometry.triangles.size()),
+        throw Error(ErrorKind::Input, "the scene has too many triangles: " + std::to_string(geometry.triangles.size()),
                     "the hierarchy over them exceeds what a kernel can address, 2 GiB", "simplify the scene; some 40 million triangles fit");
     return bvh;
 }

@@ -20,29 +20,29 @@ Bytes readFile(const fs::path& file, std::uintmax_t maxBytes) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status))
-        throw Error(ExitCode::Input, "cannot read " + file.string() + ": " + (error ? error.message() : "there is no such file"),
+        throw Error(ErrorKind::Input, "cannot read " + file.string() + ": " + (error ? error.message() : "there is no such file"),
                     "the path is misspelt or relative to another folder", "check the path");
     // Devices and pipes have no size to check before reading.
     if (!fs::is_regular_file(status))
-        throw Error(ExitCode::Input, "cannot read " + file.string() + ": it is not a regular file", "it is a folder, pipe or device",
+        throw Error(ErrorKind::Input, "cannot read " + file.string() + ": it is not a regular file", "it is a folder, pipe or device",
                     "name a file");
     const std::uintmax_t size = fs::file_size(file, error);
     if (!error && size > maxBytes)
-        throw Error(ExitCode::Input,
+        throw Error(ErrorKind::Input,
                     file.string() + " is too large: " + std::to_string(size) + " bytes, at most " + std::to_string(maxBytes) + " are read",
                     "it is not the file you meant", "split or shrink it");
     std::ifstream stream(file, std::ios::binary);
     Bytes bytes(error ? 0 : size);
     stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
     if (error || !stream || std::uintmax_t(stream.gcount()) != size)
-        throw Error(ExitCode::Input, "cannot read " + file.string(), "no permission, or the file changed while it was read",
+        throw Error(ErrorKind::Input, "cannot read " + file.string(), "no permission, or the file changed while it was read",
                     "check its permissions");
     return bytes;
 }
 
 void writeFile(const fs::path& file, std::span<const std::uint8_t> bytes) {
     const auto fail = [&](const std::string& reason) -> Error {
-        return {ExitCode::Output, "cannot write " + file.string() + ": " + reason, "no permission, no space, or a folder in the way",
+        return {ErrorKind::Output, "cannot write " + file.string() + ": " + reason, "no permission, no space, or a folder in the way",
                 "choose another output path"};
     };
     std::error_code error;

@@ -102,7 +102,7 @@ GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {
 
 void GltfDocument::parseBinary(const Bytes& file) {
     const auto fail = [&](const std::string& what) {
-        throw Error(ExitCode::Input, name_ + ": " + what, "the file is truncated or damaged", "copy or export it again");
+        throw Error(ErrorKind::Input, name_ + ": " + what, "the file is truncated or damaged", "copy or export it again");
     };
     if (file.size() < 20) fail("the .glb header is incomplete");
     if (littleEndian(file, 4) != 2) fail("the .glb container has version " + std::to_string(littleEndian(file, 4)) + "; only 2 is read");
@@ -131,14 +131,14 @@ void GltfDocument::parseBinary(const Bytes& file) {
 void GltfDocument::parseJson(const char* first, const char* last) {
     const char* const remedy = "export the scene as glTF 2.0 (.gltf or .glb)";
     if (nestingDepth(first, last) > kMaxJsonDepth)
-        throw Error(ExitCode::Input, name_ + ": the JSON is nested too deeply", "the file is damaged", remedy);
+        throw Error(ErrorKind::Input, name_ + ": the JSON is nested too deeply", "the file is damaged", remedy);
     try {
         json_ = Json::parse(first, last);
     } catch (const Json::exception& e) {
-        throw Error(ExitCode::Input, name_ + ": this is not valid JSON: " + e.what(), "the file is truncated, damaged, or not a glTF file",
+        throw Error(ErrorKind::Input, name_ + ": this is not valid JSON: " + e.what(), "the file is truncated, damaged, or not a glTF file",
                     remedy);
     }
-    if (!json_.is_object()) throw Error(ExitCode::Input, name_ + ": the JSON is not an object", "it is not a glTF file", remedy);
+    if (!json_.is_object()) throw Error(ErrorKind::Input, name_ + ": the JSON is not an object", "it is not a glTF file", remedy);
 }
 
 void GltfDocument::checkVersionAndExtensions() const {
@@ -180,7 +180,7 @@ Bytes GltfDocument::readUri(const JsonView& uri) const {
         try {
             return readFile(file);
         } catch (const Error& e) {
-            throw Error(e.code, name_ + ": " + uri.place() + ": " + e.what(), "a file of the scene was moved, renamed or left behind",
+            throw Error(e.kind, name_ + ": " + uri.place() + ": " + e.what(), "a file of the scene was moved, renamed or left behind",
                         "copy the whole folder of the scene");
         }
     }

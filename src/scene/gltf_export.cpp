@@ -86,7 +86,7 @@ std::string ExportFolder::copy(const fs::path& source, const fs::path& relative)
 void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) try {
     std::error_code error;
     if (fs::equivalent(scene.source, folder / "scene.gltf", error))
-        throw Error(ExitCode::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
+        throw Error(ErrorKind::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
                     "the output folder is the scene's own", "choose another folder");
     for (const std::uint32_t index : changed) // first: they are what cannot be had again
         writeExactValues(scene.parameters.at(index), folder);
@@ -123,7 +123,7 @@ void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, c
     const std::string text = root.dump(1);
     writeFile(folder / "scene.gltf", std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 } catch (const Json::exception& e) {
-    throw Error(ExitCode::Output, "cannot export " + scene.source + ": " + e.what(), "the scene's file changed since it was loaded",
+    throw Error(ErrorKind::Output, "cannot export " + scene.source + ": " + e.what(), "the scene's file changed since it was loaded",
                 "leave the scene in place during a run");
 }
 

@@ -96,7 +96,7 @@ void GltfLoad::warn(const std::string& text) {
 void GltfLoad::addTextureBytes(std::uint64_t bytes, const std::string& parameter) {
     textureBytes += bytes;
     if (textureBytes > options.maxTextureBytes)
-        throw Error(ExitCode::Input, document.name() + ": the textures are too large: up to " + parameter + " they take " +
+        throw Error(ErrorKind::Input, document.name() + ": the textures are too large: up to " + parameter + " they take " +
                                          std::to_string(textureBytes) + " bytes; at most " + std::to_string(options.maxTextureBytes) + " are read",
                     "many materials have large textures, each a copy of its own", "scale the textures down");
 }
@@ -163,10 +163,10 @@ Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) tr
     summarise(load);
     return std::move(load.scene);
 } catch (const std::bad_alloc&) {
-    throw Error(ExitCode::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
+    throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
                 "simplify it, or use a machine with more memory");
 } catch (const std::filesystem::filesystem_error& e) {
-    throw Error(ExitCode::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
+    throw Error(ErrorKind::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
 }
 
 } // namespace cmpg

@@ -1,24 +1,14 @@
 // A float image in host memory and its files.
 #pragma once
 
+#include <cmpg/image.h>
+
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace cmpg {
-
-// Row-major, channels interleaved, row 0 on top, linear values.
-struct Image {
-    int width = 0, height = 0, channels = 3;
-    std::vector<float> values;
-
-    Image() = default;
-    Image(int w, int h, int c, float fill = 0) : width(w), height(h), channels(c), values(std::size_t(w) * h * c, fill) {}
-    float* at(int x, int y) { return values.data() + (std::size_t(y) * width + x) * channels; }
-    const float* at(int x, int y) const { return values.data() + (std::size_t(y) * width + x) * channels; }
-    std::size_t pixels() const { return std::size_t(width) * height; }
-};
 
 struct ReadImage {
     Image image;            // 1, 3 channels; linear

@@ -20,7 +20,7 @@ namespace cmpg {
 namespace {
 
 Error malformed(const std::string& name, const std::string& reason) {
-    return {ExitCode::Input, "cannot decode image " + name + ": " + reason, "the file is truncated, damaged or of another format",
+    return {ErrorKind::Input, "cannot decode image " + name + ": " + reason, "the file is truncated, damaged or of another format",
             "re-export it as .exr, .hdr, .png or .jpg"};
 }
 
@@ -28,7 +28,7 @@ void checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytesPer
     if (width == 0 || height == 0) throw malformed(name, "it has no pixels");
     if (width <= limits.maxEdge && height <= limits.maxEdge && width * height <= limits.maxPixels) return;
     const double mebibytes = double(width) * double(height) * double(bytesPerPixel) / (1024.0 * 1024.0);
-    throw Error(ExitCode::Input,
+    throw Error(ErrorKind::Input,
                 "image " + name + " is too large: " + std::to_string(width) + " x " + std::to_string(height) + " would need " +
                     std::to_string(std::uint64_t(mebibytes)) + " MiB; at most " + std::to_string(limits.maxEdge) + " texels an edge and " +
                     std::to_string(limits.maxPixels) + " in all are read",
@@ -78,8 +78,8 @@ std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std:
     if (layer.empty() && all.size() == 2 && list.findChannel("Y") && list.findChannel("A")) return {"Y", "A"};
     std::string found;
     for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 12); ++i) found += " " + all[i];
-    throw Error(ExitCode::Input, name + (layer.empty() ? " has neither channels R, G, B nor a single one" : " has no layer '" + layer + "'"),
-                "its channels are:" + (found.empty() ? " none" : found), "name one of its layers (view --layer NAME) or store the image as R, G, B");
+    throw Error(ErrorKind::Input, name + (layer.empty() ? " has neither channels R, G, B nor a single one" : " has no layer '" + layer + "'"),
+                "its channels are:" + (found.empty() ? " none" : found), "name one of its layers or store the image as R, G, B", {"layer"});
 }
 
 RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {

@@ -57,7 +57,7 @@ Bytes encodePlanes(int width, int height, const std::vector<Plane>& planes) {
         output.writePixels(height);
     } catch (const Iex::BaseExc& e) {
         const std::string size = std::to_string(width) + " x " + std::to_string(height);
-        throw Error(ExitCode::Output, "cannot encode an EXR of " + size + ": " + e.what());
+        throw Error(ErrorKind::Output, "cannot encode an EXR of " + size + ": " + e.what());
     }
     return std::move(stream.bytes);
 }
@@ -74,12 +74,12 @@ Bytes encodeExr(const Image& image) {
 void writeExr(const std::filesystem::path& file, const Image& image) { writeFile(file, encodeExr(image)); }
 
 void writeExrLayers(const std::filesystem::path& file, const std::vector<std::pair<std::string, Image>>& layers) {
-    if (layers.empty()) throw Error(ExitCode::Output, "cannot write " + file.string() + ": it would have no layer");
+    if (layers.empty()) throw Error(ErrorKind::Output, "cannot write " + file.string() + ": it would have no layer");
     std::vector<Plane> planes;
     const Image& first = layers.front().second;
     for (const auto& [name, image] : layers) {
         if (image.channels != 1 || image.width != first.width || image.height != first.height)
-            throw Error(ExitCode::Output, "cannot write " + file.string() + ": layer " + name + " differs in size or channels");
+            throw Error(ErrorKind::Output, "cannot write " + file.string() + ": layer " + name + " differs in size or channels");
         planes.push_back({name, image.values.data(), 1});
     }
     writeFile(file, encodePlanes(first.width, first.height, planes));
@@ -105,7 +105,7 @@ Bytes encodePng(std::span<const std::uint8_t> pixels, int width, int height, int
         static_cast<Bytes*>(context)->insert(static_cast<Bytes*>(context)->end(), first, first + size);
     };
     if (!stbi_write_png_to_func(append, &out, width, height, channels, pixels.data(), width * channels))
-        throw Error(ExitCode::Output, "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height));
+        throw Error(ErrorKind::Output, "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height));
     return out;
 }
 

@@ -10,7 +10,7 @@
 namespace cmpg {
 
 void JsonView::fail(const std::string& what, const std::string& cause, const std::string& remedy) const {
-    throw Error(ExitCode::Input, *file_ + ": " + (place_.empty() ? "the top level" : place_) + " " + what, cause, remedy);
+    throw Error(ErrorKind::Input, *file_ + ": " + (place_.empty() ? "the top level" : place_) + " " + what, cause, remedy);
 }
 
 JsonView JsonView::operator[](const std::string& key) const {

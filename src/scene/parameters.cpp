@@ -86,8 +86,8 @@ float Parameter::highest() const {
 std::uint32_t Scene::parameter(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (parameters[i].name == name) return std::uint32_t(i);
-    throw Error(ExitCode::Usage, source + " has no parameter " + name, "the nearest names are " + nearestNames(parameters, name),
-                "`inspect` lists all parameters");
+    throw Error(ErrorKind::Usage, source + " has no parameter " + name, "the nearest names are " + nearestNames(parameters, name),
+                "the list of the scene's parameters has them all", {"inspect"});
 }
 
 std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
@@ -99,16 +99,16 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
         if (matches(glob, parameters[i].name)) found.push_back(std::uint32_t(i));
     if (!found.empty()) return found;
     if (glob.find_first_of("*?") == std::string::npos) parameter(glob); // throws
-    throw Error(ExitCode::Usage, source + " has no parameter that matches " + glob,
-                "names are case sensitive; the nearest are " + nearestNames(parameters, glob), "`inspect` lists all parameters");
+    throw Error(ErrorKind::Usage, source + " has no parameter that matches " + glob,
+                "names are case sensitive; the nearest are " + nearestNames(parameters, glob), "the list of the scene's parameters has them all", {"inspect"});
 }
 
 const Camera& Scene::camera(const std::string& name) const {
     if (name.empty()) return cameras.front();
     for (const Camera& camera : cameras)
         if (camera.name == name) return camera;
-    throw Error(ExitCode::Usage, source + " has no camera " + name, "the nearest names are " + nearestNames(cameras, name),
-                "`inspect` lists all cameras");
+    throw Error(ErrorKind::Usage, source + " has no camera " + name, "the nearest names are " + nearestNames(cameras, name),
+                "the list of the scene's cameras has them all", {"inspect"});
 }
 
 } // namespace cmpg

@@ -71,7 +71,7 @@ void scaleToPixels(std::vector<PanelQuad>& quads) {
 
 } // namespace
 
-ExitCode runViewer(const Options& options) {
+ExitStatus runViewer(const Options& options) {
     const std::atomic<bool>& interrupted = stopOnInterrupt();
     Window window("cmpg-vk", kWidth, kHeight);
     Interface interface(window);
@@ -118,7 +118,7 @@ ExitCode runViewer(const Options& options) {
         scaleToPixels(quads);
         presenter.end(quads);
     }
-    return interrupted ? ExitCode::Interrupted : ExitCode::Done;
+    return interrupted ? ExitStatus::Interrupted : ExitStatus::Done;
 }
 
 } // namespace cmpg::viewer

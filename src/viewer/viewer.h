@@ -2,11 +2,11 @@
 #pragma once
 
 #include "app/options.h"
-#include "base/error.h"
+#include "app/exit_status.h"
 
 namespace cmpg::viewer {
 
 // Error(Device) that names --headless where no window can be shown.
-ExitCode runViewer(const Options& options);
+ExitStatus runViewer(const Options& options);
 
 } // namespace cmpg::viewer

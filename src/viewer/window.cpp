@@ -14,7 +14,7 @@ namespace {
 [[noreturn]] void refuse(const std::string& what) {
     const char* reason = nullptr;
     glfwGetError(&reason);
-    throw Error(ExitCode::Device, what, reason ? reason : "there is no display",
+    throw Error(ErrorKind::Device, what, reason ? reason : "there is no display",
                 "work without a window: cmpg-vk --headless COMMAND SCENE ...; cmpg-vk --help lists the commands");
 }
 

@@ -128,7 +128,7 @@ void Buffer::download(std::span<std::byte> bytes, std::uint64_t offset) const {
 vk::BufferView Buffer::Impl::view(std::uint64_t offset, std::uint64_t range) {
     const std::uint64_t elements = range / texelBytes(texel);
     if (elements > device->info.maxTexelBufferElements)
-        throw Error(ExitCode::Device,
+        throw Error(ErrorKind::Device,
                     "'" + name + "' has " + std::to_string(elements) + " texels, but '" + device->info.name + "' reads at most " +
                         std::to_string(device->info.maxTexelBufferElements),
                     "the scene is too large for this device", "reduce the scene, or set CMPG_PORTABLE=1");

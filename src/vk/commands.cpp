@@ -125,10 +125,10 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
                     throw std::logic_error("kernel '" + kernel.name + "' reads '" + buffer->name + "' as texels of another format");
                 views[i] = buffer->view(range.offset, bytes);
             } else if (bytes > (uniform ? device.limits.maxUniformBufferRange : device.info.maxStorageBufferRange)) {
-                throw Error(ExitCode::Device,
+                throw Error(ErrorKind::Device,
                             "'" + buffer->name + "' has " + std::to_string(bytes) + " bytes, but '" + device.info.name +
                                 "' binds at most " + std::to_string(device.info.maxStorageBufferRange) + " at once",
-                            "the scene or the passes are too large for this device", "lower --memory or the size of the scene");
+                            "the scene or the passes are too large for this device", "lower the memory budget or the size of the scene", {"memory"});
             } else {
                 ranges[i] = vk::DescriptorBufferInfo(*buffer->raw.buffer, range.offset, bytes);
             }

@@ -36,7 +36,7 @@ std::size_t bestDevice(const std::vector<DeviceInfo>& devices) {
         for (std::size_t i = 0; i < devices.size(); ++i)
             if (devices[i].usable && devices[i].type == type)
                 return i;
-    throw Error(ExitCode::Device, "no Vulkan device has the required features", listText(devices),
+    throw Error(ErrorKind::Device, "no Vulkan device has the required features", listText(devices),
                 "update the driver, or install the package mesa-vulkan-drivers, whose driver runs on any CPU");
 }
 
@@ -81,11 +81,11 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
                      return lower(d.name).find(lower(select)) != std::string::npos;
                  }) - devices.begin());
     if (chosen >= devices.size())
-        throw Error(ExitCode::Device, "no Vulkan device matches '" + select + "'", listText(devices),
-                    "give --device an index or a part of a name of --list-devices");
+        throw Error(ErrorKind::Device, "no Vulkan device matches '" + select + "'", listText(devices),
+                    "give an index or a part of the name of one of these", {"device"});
     if (!devices[chosen].usable)
-        throw Error(ExitCode::Device, "'" + devices[chosen].name + "' cannot be used: it lacks " + devices[chosen].missing,
-                    "an old driver or device", "choose another with --device");
+        throw Error(ErrorKind::Device, "'" + devices[chosen].name + "' cannot be used: it lacks " + devices[chosen].missing,
+                    "an old driver or device", "choose another", {"device"});
     return chosen;
 }
 
@@ -134,8 +134,8 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
 
 RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place) {
     const auto outOfMemory = [&](const std::string& cause) {
-        return Error(ExitCode::Device, "cannot allocate " + std::to_string(bytes) + " bytes of device memory for '" + name + "'", cause,
-                     "lower --memory, the image size or the scene's textures");
+        return Error(ErrorKind::Device, "cannot allocate " + std::to_string(bytes) + " bytes of device memory for '" + name + "'", cause,
+                     "lower the memory budget, the image size or the scene's textures", {"memory"});
     };
     if (bytes > fault.bytes || memory.current > fault.bytes - bytes)
         throw outOfMemory("CMPG_FAULT allows " + std::to_string(fault.bytes) + " bytes");
@@ -185,7 +185,7 @@ void Device::Impl::submitAndWait(vk::CommandBuffer commands) {
         const vk::SubmitInfo submit(nullptr, nullptr, commands);
         queue.submit(submit, *fence);
         if (device.waitForFences(*fence, true, std::numeric_limits<std::uint64_t>::max()) != vk::Result::eSuccess)
-            throw Error(ExitCode::Device, "the device did not finish");
+            throw Error(ErrorKind::Device, "the device did not finish");
         device.resetFences(*fence);
     });
     instance->throwValidationMessages();

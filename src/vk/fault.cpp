@@ -25,7 +25,7 @@ Fault faultFromEnvironment() {
     const auto [rest, error] = std::from_chars(colon == std::string::npos ? end : text.data() + colon + 1, end, number);
     const std::string kind = text.substr(0, colon);
     if (error != std::errc() || rest != end || (kind != "lost" && kind != "memory"))
-        throw Error(ExitCode::Usage, "CMPG_FAULT is lost:N, memory:N or wrong, not '" + text + "'");
+        throw Error(ErrorKind::Usage, "CMPG_FAULT is lost:N, memory:N or wrong, not '" + text + "'");
     (kind == "lost" ? fault.submissions : fault.bytes) = number;
     return fault;
 }

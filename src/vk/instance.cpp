@@ -42,7 +42,7 @@ std::string seenDriverManifests() {
 }
 
 Error noVulkan(const std::string& reason) {
-    return Error(ExitCode::Device, "there is no Vulkan device: " + reason, seenDriverManifests(),
+    return Error(ErrorKind::Device, "there is no Vulkan device: " + reason, seenDriverManifests(),
                  "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU");
 }
 
@@ -102,7 +102,7 @@ void Instance::throwValidationMessages() {
     for (const std::string& message : log->messages)
         all += message + "\n";
     log->messages.clear();
-    throw Error(ExitCode::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
+    throw Error(ErrorKind::Device, "Vulkan validation failed", all, "this is a defect of the program; please report it");
 }
 
 Validation validationAsked() {
@@ -124,7 +124,7 @@ std::unique_ptr<Instance> createInstance(Validation validation, std::span<const 
     if (validates) {
         if (!instance->debugUtils ||
             !contains(instance->context.enumerateInstanceLayerProperties(), &vk::LayerProperties::layerName, kValidationLayer))
-            throw Error(ExitCode::Device, "the Vulkan validation layers are not installed", "validation was asked for",
+            throw Error(ErrorKind::Device, "the Vulkan validation layers are not installed", "validation was asked for",
                         "install the package vulkan-validationlayers, or unset CMPG_VALIDATION");
         layers.push_back(kValidationLayer);
         enabled.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);

@@ -61,10 +61,10 @@ template <class Work> auto translating(const std::string& doing, Work&& work) ->
     try {
         return work();
     } catch (const vk::DeviceLostError&) {
-        throw Error(ExitCode::Device, doing + ": the device was lost", "a kernel ran too long or met a driver fault",
-                    "try a smaller --memory, or another device with --device");
+        throw Error(ErrorKind::Device, doing + ": the device was lost", "a kernel ran too long or met a driver fault",
+                    "try a smaller memory budget, or another device", {"memory", "device"});
     } catch (const vk::SystemError& error) {
-        throw Error(ExitCode::Device, doing + ": " + error.what());
+        throw Error(ErrorKind::Device, doing + ": " + error.what());
     }
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 void requireCapabilities(const Device::Impl& device, const std::string& name, const KernelInterface& interface) {
     const auto refuse = [&](const std::string& what) {
-        throw Error(ExitCode::Device, "kernel '" + name + "' needs " + what, {}, "choose another device with --device");
+        throw Error(ErrorKind::Device, "kernel '" + name + "' needs " + what, {}, "choose another device", {"device"});
     };
     const auto require = [&](bool needed, bool present, const std::string& what) {
         if (needed && !present)

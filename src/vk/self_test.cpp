@@ -129,14 +129,14 @@ std::string difference(const Output& found, const Output& wanted) {
 
 Error refusal(const Device::Impl& device, const std::string& wrong) {
     std::string cause = "its driver, " + device.info.driver + ", fails the test of a device that is opened: " + wrong;
-    std::string remedy = "install another version of the driver, or choose another device with --device or VK_ICD_FILENAMES";
+    std::string remedy = "install another version of the driver, or choose another device, also by VK_ICD_FILENAMES";
     if (isLavapipe(device.physical)) {
         cause += "; Mesa 25 takes compiled code from its cache on disk even where it was compiled for another LP_NATIVE_VECTOR_WIDTH";
         remedy = "unset LP_NATIVE_VECTOR_WIDTH and delete Mesa's cache (mesa_shader_cache* in ~/.cache, or where MESA_SHADER_CACHE_DIR says), or set "
                  "MESA_SHADER_CACHE_DISABLE=true; otherwise " +
                  remedy;
     }
-    return Error(ExitCode::Device, "'" + device.info.name + "' computes wrong results and cannot be used", cause, remedy);
+    return Error(ErrorKind::Device, "'" + device.info.name + "' computes wrong results and cannot be used", cause, remedy, {"device"});
 }
 
 } // namespace

@@ -29,12 +29,12 @@ Options parse(const std::vector<std::string>& arguments) {
     return parseOptions(int(argv.size()), argv.data());
 }
 
-ExitCode parseCode(const std::vector<std::string>& arguments) {
+std::optional<ErrorKind> parseCode(const std::vector<std::string>& arguments) {
     try {
         parse(arguments);
-        return ExitCode::Done;
+        return std::nullopt;
     } catch (const Error& e) {
-        return e.code;
+        return e.kind;
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace cmpg::test {
 
 // Arguments without the program's name.
 Options parse(const std::vector<std::string>& arguments);
-// Exit code of the Error that parsing throws; Done when it throws none.
-ExitCode parseCode(const std::vector<std::string>& arguments);
+// Kind of the Error that parsing throws; nothing when it throws none.
+std::optional<ErrorKind> parseCode(const std::vector<std::string>& arguments);
 
 struct ProgramResult {
     int code = -1; // exit code; 128 + signal if it was killed

@@ -178,7 +178,7 @@ TEST(Guide, PicturesShowTheChosenMixture) {
         o.cell = 0;
         o.weights = weights;
         Report report(o);
-        EXPECT_EQ(runGuide(o, report), ExitCode::Done);
+        EXPECT_EQ(runGuide(o, report), ExitStatus::Done);
         return readImage(folder / "cell0.png").image;
     };
     const Image light = draw("1,0"), derivative = draw("0,1e-3");

@@ -170,7 +170,7 @@ TEST(Options, RefusesWhatMakesNoSense) {
         std::string line;
         for (const auto& a : arguments)
             line += a + " ";
-        EXPECT_EQ(parseCode(arguments), ExitCode::Usage) << line;
+        EXPECT_EQ(parseCode(arguments), ErrorKind::Usage) << line;
     }
 }
 
@@ -185,9 +185,9 @@ TEST(Options, GuidesAreSavedWhereThereIsOne) {
     for (const std::vector<std::string>& more : {std::vector<std::string>{"--train", "2"}, {"--load-guide", "b.guide"}}) {
         std::vector<std::string> arguments = render;
         arguments.insert(arguments.end(), more.begin(), more.end());
-        EXPECT_EQ(parseCode(arguments), ExitCode::Done);
+        EXPECT_EQ(parseCode(arguments), std::nullopt);
     }
-    EXPECT_EQ(parseCode({"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--save-guide", "a.guide"}), ExitCode::Done);
+    EXPECT_EQ(parseCode({"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--save-guide", "a.guide"}), std::nullopt);
 }
 
 TEST(Options, HelpNamesEveryCommandAndExitCode) {
@@ -298,7 +298,7 @@ TEST(Options, TheConfigurationsCommandTakesItsOwnOptions) {
     EXPECT_EQ(o.steps, 7u);
     EXPECT_EQ(o.output, "view");
     EXPECT_EQ(o.loss, Loss::L1);
-    EXPECT_EQ(parseCode({"--config", file, "-o", "run", "--layers", "l.exr"}), ExitCode::Usage); // of another command
+    EXPECT_EQ(parseCode({"--config", file, "-o", "run", "--layers", "l.exr"}), ErrorKind::Usage); // of another command
 }
 
 TEST(Options, RefusesBadConfigurations) {
@@ -308,7 +308,7 @@ TEST(Options, RefusesBadConfigurations) {
                              R"({"sppp": 4})", R"({"set": "a=1"})", R"({"set": [1]})", R"({"sampler": "halton"})", R"({"no-nee": 1})",
                              R"({"command": "paint"})", R"({"spp": 0})", R"({"camera": null})"}) {
         test::writeText(file, text);
-        EXPECT_EQ(parseCode({"render", "s", "-o", "a.exr", "--config", file}), ExitCode::Usage) << text;
+        EXPECT_EQ(parseCode({"render", "s", "-o", "a.exr", "--config", file}), ErrorKind::Usage) << text;
     }
 }
 
@@ -323,9 +323,9 @@ TEST(Options, ASceneAloneOpensAWindow) {
         EXPECT_EQ(o.target, std::vector<std::string>{"t.exr"});
         EXPECT_EQ(o.param, std::vector<std::string>{"p"});
     }
-    EXPECT_EQ(parseCode({"--headless", "s.gltf"}), ExitCode::Usage);
-    EXPECT_EQ(parseCode({"rendr", "s.gltf"}), ExitCode::Usage);
-    EXPECT_EQ(parseCode({"s.gltf", "--frobnicate"}), ExitCode::Usage);
+    EXPECT_EQ(parseCode({"--headless", "s.gltf"}), ErrorKind::Usage);
+    EXPECT_EQ(parseCode({"rendr", "s.gltf"}), ErrorKind::Usage);
+    EXPECT_EQ(parseCode({"s.gltf", "--frobnicate"}), ErrorKind::Usage);
 }
 
 } // namespace

@@ -118,7 +118,7 @@ TEST(View, EncodesExposedValues) {
     Options o = viewOptions(folder / "a.exr", folder / "a.png");
     o.exposure = 1;
     Report report(o);
-    EXPECT_EQ(runView(o, report), ExitCode::Done);
+    EXPECT_EQ(runView(o, report), ExitStatus::Done);
     const ReadImage png = readImage(folder / "a.png");
     ASSERT_EQ(png.image.width, 3);
     ASSERT_EQ(png.image.height, 2);
@@ -139,7 +139,7 @@ TEST(View, SignedPicturesAreSymmetric) {
     Options o = viewOptions(folder / "a.exr", folder / "a.png");
     o.isSigned = true;
     Report report(o);
-    EXPECT_EQ(runView(o, report), ExitCode::Done);
+    EXPECT_EQ(runView(o, report), ExitStatus::Done);
     EXPECT_NEAR(report.extra.at("scale").get<double>(), 1e-3, 1e-9);
     const Image png = readImage(folder / "a.png").image;
     ASSERT_EQ(png.width, 200);

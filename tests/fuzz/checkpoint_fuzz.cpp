@@ -51,7 +51,7 @@ void goOn(const Checkpoint& checkpoint) {
 }
 
 void use(fuzz::Input bytes) {
-    fuzz::accepts({ExitCode::Input, ExitCode::Numerical}, [&] {
+    fuzz::accepts({ErrorKind::Input, ErrorKind::Numerical}, [&] {
         const Checkpoint checkpoint = readCheckpoint(parseSections(bytes));
         try {
             ByteReader in(checkpoint.learned);

@@ -30,12 +30,12 @@ inline void require(bool holds, const char* what) {
 
 // Runs `use`. True: it came to its end. False: it refused the input with one of these codes and a message. Whatever else is thrown ends
 // the process.
-template <class Use> bool accepts(std::initializer_list<ExitCode> refusals, Use&& use) {
+template <class Use> bool accepts(std::initializer_list<ErrorKind> refusals, Use&& use) {
     try {
         use();
         return true;
     } catch (const Error& error) {
-        require(std::find(refusals.begin(), refusals.end(), error.code) != refusals.end(), error.what());
+        require(std::find(refusals.begin(), refusals.end(), error.kind) != refusals.end(), error.what());
         require(*error.what() != 0, "a refusal says why");
         return false;
     }

@@ -58,7 +58,7 @@ void use(SdTree tree) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const fuzz::MemoryFile file;
     const fuzz::Input input(data, size);
-    fuzz::accepts({ExitCode::Input}, [&] { loadGuide(file.holding(input)); });
-    fuzz::accepts({ExitCode::Input}, [&] { use(loadGuide(file.holding(repaired(input))).tree); });
+    fuzz::accepts({ErrorKind::Input}, [&] { loadGuide(file.holding(input)); });
+    fuzz::accepts({ErrorKind::Input}, [&] { use(loadGuide(file.holding(repaired(input))).tree); });
     return 0;
 }

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static const fuzz::MemoryFile file;
     const std::string& path = file.holding({data, size});
     const bool linear = size % 2 == 0; // both are reached by inputs that are otherwise alike
-    fuzz::accepts({ExitCode::Input}, [&] {
+    fuzz::accepts({ErrorKind::Input}, [&] {
         const ReadImage read = readImage(path, linear, kMaxPixels);
         const Image& image = read.image;
         fuzz::require(image.width > 0 && image.height > 0 && image.pixels() <= kMaxPixels, "images have a size within the limits");
@@ -23,6 +23,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (const float a : read.alpha)
             fuzz::require(std::isfinite(a), "alpha is finite");
     });
-    fuzz::accepts({ExitCode::Input}, [&] { readImage(path, linear, kMaxPixels, "normal"); });
+    fuzz::accepts({ErrorKind::Input}, [&] { readImage(path, linear, kMaxPixels, "normal"); });
     return 0;
 }

@@ -90,8 +90,8 @@ class MutatedScenes : public testing::Test {
             ++loaded_;
             use(scene);
         } catch (const Error& error) {
-            refused_ += error.code == ExitCode::Input;
-            EXPECT_EQ(error.code, ExitCode::Input) << error.what() << "\n" << error.cause;
+            refused_ += error.kind == ErrorKind::Input;
+            EXPECT_EQ(error.kind, ErrorKind::Input) << error.what() << "\n" << error.cause;
         }
     }
 

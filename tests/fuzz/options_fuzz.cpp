@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t end = std::min(text.find("\n\n"), text.size());
     const std::string config = text.substr(std::min(end + 2, text.size()));
     const std::string& path = file.holding({reinterpret_cast<const std::uint8_t*>(config.data()), config.size()});
-    fuzz::accepts({ExitCode::Usage, ExitCode::Input}, [&] {
+    fuzz::accepts({ErrorKind::Usage, ErrorKind::Input}, [&] {
         try {
             use(parse(linesOf(text.substr(0, end)), path));
         } catch (const HelpRequested& help) {

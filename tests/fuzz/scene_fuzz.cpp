@@ -67,7 +67,7 @@ void requireSound(const Scene& scene) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const SceneFolder folder;
     const fs::path file = folder.holding({data, size});
-    fuzz::accepts({ExitCode::Input}, [&] {
+    fuzz::accepts({ErrorKind::Input}, [&] {
         const Scene scene = loadGltf(file, kLimits);
         requireSound(scene);
         std::vector<std::uint32_t> all(scene.parameters.size());

@@ -51,7 +51,7 @@ class GuideFileTest : public testing::Test {
         try {
             loadGuide(file());
         } catch (const Error& error) {
-            EXPECT_EQ(error.code, ExitCode::Input);
+            EXPECT_EQ(error.kind, ErrorKind::Input);
             return error.what();
         }
         return {};
@@ -199,7 +199,7 @@ TEST_F(GuideFileTest, SaysWhenItCannotBeWritten) {
         saveGuide(inTheWay, smallTree(), {});
         FAIL() << "a folder was overwritten";
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Output);
+        EXPECT_EQ(error.kind, ErrorKind::Output);
     }
     std::size_t entries = 0;
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(inTheWay.parent_path()))

@@ -199,7 +199,7 @@ TEST(GaussNewton, SaysWhatItNeeds) {
             Optimization run(model, scene, config, {0, 1});
             return false;
         } catch (const Error& error) {
-            return error.code == ExitCode::Usage && !error.remedy.empty();
+            return error.kind == ErrorKind::Usage && !error.remedy.empty();
         }
     };
     EXPECT_FALSE(refused([](OptimizeConfig&) {}));

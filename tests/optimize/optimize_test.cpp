@@ -270,7 +270,7 @@ TEST(Optimize, FailsWhenNoGradientIsFinite) {
         run.step();
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Numerical);
+        EXPECT_EQ(error.kind, ErrorKind::Numerical);
         EXPECT_FALSE(error.remedy.empty());
     }
     EXPECT_EQ(scene.parameters[0].values, test::makeScene().parameters[0].values);
@@ -283,7 +283,7 @@ TEST(Optimize, RefusesTargetsOfAnotherSizeOrNumber) {
         Optimization run(model, scene, makeConfig(1), {0, 1});
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Input);
+        EXPECT_EQ(error.kind, ErrorKind::Input);
         EXPECT_NE(std::string(error.what()).find("8 x 8"), std::string::npos);
         EXPECT_NE(std::string(error.what()).find("9 x 8"), std::string::npos);
     }

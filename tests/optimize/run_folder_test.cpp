@@ -92,7 +92,7 @@ TEST_F(RunFolderFiles, RefusesAPlaceItCannotWriteTo) {
         RunFolder files(folder_ / "file");
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Output);
+        EXPECT_EQ(error.kind, ErrorKind::Output);
     }
 }
 

@@ -69,7 +69,7 @@ TEST_F(TargetFiles, RefusesMasksOfAnotherSizeAndTargetsWithNothingLeft) {
             loadTarget(folder_ / "t.exr", {.mask = folder_ / mask, .exposure = 0});
             FAIL() << mask;
         } catch (const Error& error) {
-            EXPECT_EQ(error.code, ExitCode::Input);
+            EXPECT_EQ(error.kind, ErrorKind::Input);
             EXPECT_FALSE(error.remedy.empty());
         }
     EXPECT_THROW(loadTarget(folder_ / "missing.exr"), Error);

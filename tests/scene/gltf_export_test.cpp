@@ -157,7 +157,7 @@ TEST(GltfExport, RefusesToOverwriteItsSource) {
         exportGltf(s, {}, f.folder.path());
         FAIL();
     } catch (const Error& e) {
-        EXPECT_EQ(e.code, ExitCode::Output);
+        EXPECT_EQ(e.kind, ErrorKind::Output);
     }
     EXPECT_NO_THROW(loadGltf(f.folder / "scene.gltf"));
 }

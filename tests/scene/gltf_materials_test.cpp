@@ -219,7 +219,7 @@ TEST(Parameters, SelectByNameAndGlob) {
         s.select("wal.basecolor");
         FAIL();
     } catch (const Error& e) {
-        EXPECT_EQ(e.code, ExitCode::Usage);
+        EXPECT_EQ(e.kind, ErrorKind::Usage);
         EXPECT_NE(e.cause.find("wall.baseColor"), std::string::npos) << e.cause;
     }
     for (const char* none : {"Wall*", "x?", ""}) EXPECT_THROW(s.select(none), Error) << none;

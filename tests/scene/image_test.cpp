@@ -16,13 +16,13 @@ Image ramp(int width, int height, int channels) {
     return image;
 }
 
-ExitCode codeOf(const auto& action) {
+std::optional<ErrorKind> codeOf(const auto& action) {
     try {
         action();
     } catch (const Error& e) {
-        return e.code;
+        return e.kind;
     }
-    return ExitCode::Done;
+    return std::nullopt;
 }
 
 TEST(Srgb, IsThePiecewiseCurve) {
@@ -68,7 +68,7 @@ TEST(Exr, LayersKeepTheirNames) {
     const std::string text = readText(folder / "l.exr");
     EXPECT_NE(text.find("depth.Z"), std::string::npos);
     EXPECT_NE(text.find("normal.X"), std::string::npos);
-    EXPECT_EQ(codeOf([&] { writeExrLayers(folder / "l.exr", {{"a", ramp(4, 4, 1)}, {"b", ramp(4, 5, 1)}}); }), ExitCode::Output);
+    EXPECT_EQ(codeOf([&] { writeExrLayers(folder / "l.exr", {{"a", ramp(4, 4, 1)}, {"b", ramp(4, 5, 1)}}); }), ErrorKind::Output);
 }
 
 TEST(Exr, ReadsALayerByName) {
@@ -80,8 +80,8 @@ TEST(Exr, ReadsALayerByName) {
     const auto layer = [&](const char* name) { return readImage(folder / "l.exr", false, 100, name).image; };
     EXPECT_EQ(layer("depth").values, depth.values);
     EXPECT_EQ(layer("normal").values, (std::vector<float>{x.values[0], 10, -1, x.values[1], 20, -2}));
-    EXPECT_EQ(codeOf([&] { layer("albedo"); }), ExitCode::Input);
-    EXPECT_EQ(codeOf([&] { layer(""); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { layer("albedo"); }), ErrorKind::Input);
+    EXPECT_EQ(codeOf([&] { layer(""); }), ErrorKind::Input);
 }
 
 TEST(Exr, ReadsOneChannelAndAlpha) {
@@ -144,20 +144,20 @@ TEST(ImageInput, MalformedFilesAreInputErrors) {
         int failures = 0;
         for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(whole.size() / 64, 1)) {
             writeText(folder / "cut", whole.substr(0, length));
-            const ExitCode code = codeOf([&] { readImage(folder / "cut"); });
-            EXPECT_TRUE(code == ExitCode::Input || code == ExitCode::Done) << name << " " << length;
-            failures += code == ExitCode::Input;
+            const std::optional<ErrorKind> code = codeOf([&] { readImage(folder / "cut"); });
+            EXPECT_TRUE(code == ErrorKind::Input || code == std::nullopt) << name << " " << length;
+            failures += code == ErrorKind::Input;
         }
         // Only the trailing checksum of a PNG may be cut without loss.
         EXPECT_GE(failures, 60) << name;
     }
-    EXPECT_EQ(codeOf([&] { readImage(folder / "none.exr"); }), ExitCode::Input);
-    EXPECT_EQ(codeOf([&] { readImage(folder.path()); }), ExitCode::Input);
-    EXPECT_EQ(codeOf([&] { readImage("/dev/zero"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "none.exr"); }), ErrorKind::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder.path()); }), ErrorKind::Input);
+    EXPECT_EQ(codeOf([&] { readImage("/dev/zero"); }), ErrorKind::Input);
     saveExr(folder / "nan.exr", 1, 1, "RGB", {0, std::numeric_limits<float>::quiet_NaN(), 0});
-    EXPECT_EQ(codeOf([&] { readImage(folder / "nan.exr"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "nan.exr"); }), ErrorKind::Input);
     saveExr(folder / "two.exr", 1, 1, "UV", {0, 0});
-    EXPECT_EQ(codeOf([&] { readImage(folder / "two.exr"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "two.exr"); }), ErrorKind::Input);
 }
 
 TEST(ImageInput, RandomDamageNeverCrashes) {
@@ -176,9 +176,9 @@ TEST(ImageInput, RandomDamageNeverCrashes) {
             std::string damaged = whole;
             for (unsigned i = 0; i <= random() % 3; ++i) damaged[random() % damaged.size()] = char(random());
             writeText(folder / "x", damaged);
-            const ExitCode code = codeOf([&] { readImage(folder / "x", false, 1u << 20); });
-            ASSERT_TRUE(code == ExitCode::Done || code == ExitCode::Input) << name << " trial " << trial;
-            refused += code == ExitCode::Input;
+            const std::optional<ErrorKind> code = codeOf([&] { readImage(folder / "x", false, 1u << 20); });
+            ASSERT_TRUE(code == std::nullopt || code == ErrorKind::Input) << name << " trial " << trial;
+            refused += code == ErrorKind::Input;
         }
         EXPECT_GT(refused, 20) << name;
     }
@@ -188,26 +188,26 @@ TEST(ImageInput, SizeIsCheckedFromTheHeader) {
     const TempFolder folder;
     savePng(folder / "a.png", 33, 17, 3, std::vector<std::uint8_t>(33 * 17 * 3, 9));
     std::string png = readText(folder / "a.png");
-    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17); }), ExitCode::Done);
-    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17 - 1); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17); }), std::nullopt);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "a.png", false, 33 * 17 - 1); }), ErrorKind::Input);
     png[16] = 0x00, png[17] = 0x10, png[20] = 0x00, png[21] = 0x10; // IHDR: about 2^20 by 2^20
     writeText(folder / "huge.png", png);
-    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.png"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.png"); }), ErrorKind::Input);
     saveExr(folder / "a.exr", 2, 2, "RGB", std::vector<float>(12, 1));
     std::string exr = readText(folder / "a.exr");
     const std::size_t window = exr.find("dataWindow") + std::strlen("dataWindow") + 1 + std::strlen("box2i") + 1 + 4;
     const std::int32_t huge = 0x7ffffff0;
     for (const std::size_t side : {8u, 12u}) std::memcpy(exr.data() + window + side, &huge, 4);
     writeText(folder / "huge.exr", exr);
-    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.exr"); }), ExitCode::Input);
+    EXPECT_EQ(codeOf([&] { readImage(folder / "huge.exr"); }), ErrorKind::Input);
 }
 
 TEST(ImageOutput, UnwritablePathsAreOutputErrors) {
     const TempFolder folder;
     writeText(folder / "file", "x");
-    EXPECT_EQ(codeOf([&] { writeExr(folder / "file/a.exr", ramp(2, 2, 3)); }), ExitCode::Output);
+    EXPECT_EQ(codeOf([&] { writeExr(folder / "file/a.exr", ramp(2, 2, 3)); }), ErrorKind::Output);
     fs::create_directories(folder / "taken.png");
-    EXPECT_EQ(codeOf([&] { writePng(folder / "taken.png", ramp(2, 2, 3)); }), ExitCode::Output);
+    EXPECT_EQ(codeOf([&] { writePng(folder / "taken.png", ramp(2, 2, 3)); }), ErrorKind::Output);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2) << "no half-written file is left";
 }
 

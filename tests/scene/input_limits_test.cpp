@@ -15,7 +15,7 @@ std::string refusal(const auto& read) {
         read();
         return "";
     } catch (const Error& e) {
-        EXPECT_EQ(e.code, ExitCode::Input);
+        EXPECT_EQ(e.kind, ErrorKind::Input);
         return e.what();
     }
 }

@@ -66,10 +66,11 @@ TEST(Buffer, FailingAllocation) {
         const Buffer huge(device, "enormous tape", std::uint64_t(1) << 44, MemoryKind::Transient);
         FAIL() << "16 TiB were allocated";
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_EQ(error.kind, ErrorKind::Device);
         EXPECT_NE(std::string(error.what()).find("enormous tape"), std::string::npos);
         EXPECT_NE(std::string(error.what()).find("17592186044416"), std::string::npos);
-        EXPECT_NE(error.remedy.find("--memory"), std::string::npos);
+        EXPECT_NE(error.remedy.find("memory budget"), std::string::npos);
+        EXPECT_EQ(error.options, std::vector<std::string>{"memory"});
     }
     EXPECT_EQ(device.memory().current, before);
 }

@@ -45,7 +45,7 @@ TEST(Device, ListsAndSelects) {
         Device({.select = "no such device", .validation = false, .portable = false});
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_EQ(error.kind, ErrorKind::Device);
         EXPECT_NE(error.cause.find(devices[0].name), std::string::npos) << error.cause;
     }
     EXPECT_THROW(Device({.select = std::to_string(devices.size()), .validation = false, .portable = false}), Error);
@@ -57,7 +57,7 @@ TEST(Device, SaysWhatToInstallWhenThereIsNone) {
         Device::list();
         FAIL() << "a device was found";
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_EQ(error.kind, ErrorKind::Device);
         EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
         EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
     }
@@ -80,7 +80,7 @@ TEST(Device, NamesWhatADeviceLacks) {
             Device({.select = select, .validation = false, .portable = false});
             FAIL() << "a device that lacks " << devices[0].missing << " was taken";
         } catch (const Error& error) {
-            EXPECT_EQ(error.code, ExitCode::Device);
+            EXPECT_EQ(error.kind, ErrorKind::Device);
             EXPECT_NE((error.what() + error.cause).find(devices[0].missing), std::string::npos) << error.what() << "\n" << error.cause;
         }
     std::filesystem::remove(manifest);

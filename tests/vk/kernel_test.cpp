@@ -128,7 +128,7 @@ TEST(Kernel, BindsPartsOfLargeBuffers) {
         commands.dispatch(kernel, Bindings().set(0, large), 64, Count{64});
         FAIL() << "more than the limit was bound";
     } catch (const Error& error) {
-        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_EQ(error.kind, ErrorKind::Device);
         EXPECT_NE(std::string(error.what()).find("large"), std::string::npos);
     }
     commands.dispatch(kernel, Bindings().set(0, large, limit, 4096), 64, Count{64});
@@ -279,7 +279,7 @@ TEST(Kernel, NamesWhatTheDeviceLacks) {
         const Kernel kernel(test::device(), "push_layout");
     } catch (const Error& error) {
         EXPECT_FALSE(test::device().info().int64Atomics);
-        EXPECT_EQ(error.code, ExitCode::Device);
+        EXPECT_EQ(error.kind, ErrorKind::Device);
         EXPECT_NE(std::string(error.what()).find("64-bit integers"), std::string::npos) << error.what();
     }
 }

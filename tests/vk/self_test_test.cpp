@@ -29,7 +29,7 @@ TEST(SelfTest, AWrongResultIsRefused) {
             Device({.select = {}, .validation = false, .portable = portable});
             FAIL() << "a device with a wrong result was opened";
         } catch (const Error& error) {
-            EXPECT_EQ(error.code, ExitCode::Device);
+            EXPECT_EQ(error.kind, ErrorKind::Device);
             EXPECT_NE(std::string(error.what()).find(device.name), std::string::npos) << error.what();
             EXPECT_NE(error.cause.find(device.driver), std::string::npos) << error.cause;
             EXPECT_NE(error.cause.find("reads in a loop (292, not 293)"), std::string::npos) << error.cause; // and nothing else

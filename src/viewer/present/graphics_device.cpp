@@ -10,7 +10,7 @@ std::vector<const char*> windowExtensions() {
     std::uint32_t count = 0;
     const char** const names = glfwGetRequiredInstanceExtensions(&count);
     if (!names)
-        throw Error(ExitCode::Device, "Vulkan cannot draw into windows here", "the driver or the Vulkan loader has no surfaces for this window system",
+        throw Error(ErrorKind::Device, "Vulkan cannot draw into windows here", "the driver or the Vulkan loader has no surfaces for this window system",
                     kHeadlessRemedy);
     return {names, names + count};
 }
@@ -35,7 +35,7 @@ GraphicsDevice::GraphicsDevice(GLFWwindow* glfw, const std::string& select) : wi
     instance = createInstance(validationAsked(), windowExtensions());
     VkSurfaceKHR raw = VK_NULL_HANDLE;
     if (glfwCreateWindowSurface(static_cast<VkInstance>(*instance->handle), window, nullptr, &raw) != VK_SUCCESS)
-        throw Error(ExitCode::Device, "Vulkan cannot draw into a window of this display", "the driver does not support the display", kHeadlessRemedy);
+        throw Error(ErrorKind::Device, "Vulkan cannot draw into a window of this display", "the driver does not support the display", kHeadlessRemedy);
     surface = vk::raii::SurfaceKHR(instance->handle, raw);
 
     std::vector<vk::raii::PhysicalDevice> devices = physicalDevices(*instance);
@@ -54,7 +54,7 @@ GraphicsDevice::GraphicsDevice(GLFWwindow* glfw, const std::string& select) : wi
             physical = devices[order[i]];
     }
     if (!family)
-        throw Error(ExitCode::Device, "no Vulkan device can show images on this display",
+        throw Error(ErrorKind::Device, "no Vulkan device can show images on this display",
                     "the devices compute, but their drivers do not present here", kHeadlessRemedy);
     queueFamily = *family;
     maxEdge = physical.getProperties().limits.maxImageDimension2D;
@@ -78,7 +78,7 @@ vk::raii::DeviceMemory GraphicsDevice::allocate(const vk::MemoryRequirements& ne
     for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i)
         if ((needs.memoryTypeBits & (1u << i)) && (memory.memoryTypes[i].propertyFlags & flags) == flags)
             return device.allocateMemory({needs.size, i});
-    throw Error(ExitCode::Device, "the device of the window has no memory of the kind that is needed");
+    throw Error(ErrorKind::Device, "the device of the window has no memory of the kind that is needed");
 }
 
 } // namespace cmpg::viewer

@@ -52,7 +52,7 @@ struct Presenter::Impl {
         info.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
         info.CheckVkResultFn = [](VkResult result) {
             if (result < 0)
-                throw Error(ExitCode::Device, "drawing the interface: " + vk::to_string(vk::Result(result)));
+                throw Error(ErrorKind::Device, "drawing the interface: " + vk::to_string(vk::Result(result)));
         };
         ImGui_ImplVulkan_Init(&info, static_cast<VkRenderPass>(swapchain.renderPass()));
         device.runOnce([](const vk::raii::CommandBuffer& c) { ImGui_ImplVulkan_CreateFontsTexture(static_cast<VkCommandBuffer>(*c)); });
@@ -68,7 +68,7 @@ struct Presenter::Impl {
 
     void waitForFrame() {
         if (device.device.waitForFences(*done, true, ~std::uint64_t(0)) != vk::Result::eSuccess)
-            throw Error(ExitCode::Device, "the window's frame did not finish");
+            throw Error(ErrorKind::Device, "the window's frame did not finish");
     }
 
     void draw(std::span<const PanelQuad> quads) {

@@ -14,7 +14,7 @@ vk::SurfaceFormatKHR chooseFormat(const GraphicsDevice& device) {
         for (const vk::SurfaceFormatKHR& format : formats)
             if (format.format == wanted && format.colorSpace == vk::ColorSpaceKHR::eSrgbNonlinear)
                 return format;
-    throw Error(ExitCode::Device, "the display takes no images of eight bits a channel", "an unusual display", kHeadlessRemedy);
+    throw Error(ErrorKind::Device, "the display takes no images of eight bits a channel", "an unusual display", kHeadlessRemedy);
 }
 
 vk::raii::RenderPass makeRenderPass(const GraphicsDevice& device, vk::Format format) {

@@ -1,0 +1,67 @@
+// A scene: what a glTF file holds, with parameters that can be read, changed and differentiated.
+#pragma once
+
+#include <cmpg/error.h>
+#include <cmpg/namespace.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace cmpg::v1 {
+
+struct CameraInfo {
+    std::string name = {};
+    std::optional<float> aspect = {}; // width / height, where the file says
+};
+
+// A slot of a material, or the radiance of the environment. Its values are a texture of height x width x channels, row-major, row 0 on top,
+// linear; a constant is a texture of one texel.
+struct ParameterInfo {
+    std::string name = {}; // "<material>.<slot>" or "environment.radiance"
+    std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal" or "radiance"
+    int height = 1, width = 1, channels = 3;
+    float lowest = 0, highest = 1; // range of the values; `highest` may be infinite
+
+    std::size_t entries() const { return std::size_t(height) * std::size_t(width) * std::size_t(channels); }
+};
+
+// Owns the current values. Renderers follow them, a recovery begins at them and keeps its own. Safe to use from several threads.
+class Scene {
+  public:
+    // Reads .gltf or .glb. Error(Input) on what is missing, malformed or too large.
+    static Scene load(const std::filesystem::path& file);
+    Scene copy() const; // with values of its own
+
+    std::string source() const;                // the file it came from
+    std::vector<std::string> warnings() const; // what the file has that is not rendered, and the like
+    std::uint32_t maxDepth() const;            // segments of a path that the file asks for, else 8
+
+    std::vector<CameraInfo> cameras() const; // never empty
+    std::vector<ParameterInfo> parameters() const;
+    ParameterInfo parameter(const std::string& name) const; // Error(Usage), with the nearest names, where there is none
+    // Names of the parameters that a glob selects (* any characters, ? one), in order. Error(Usage) where there is none.
+    std::vector<std::string> select(const std::string& glob) const;
+
+    std::vector<float> values(const std::string& name) const; // entries() of them
+    // `values`: entries() of them, or one per channel, or one for all. Error(Usage) on another number of values, or values out of range.
+    void set(const std::string& name, std::span<const float> values);
+
+    // Writes `folder`/scene.gltf, readable by any glTF viewer, with the values that set() or a recovery changed (textures as 8-bit PNG), and
+    // the exact ones as `folder`/parameters/<name>.exr. Error(Output) where that fails.
+    void exportTo(const std::filesystem::path& folder) const;
+
+    struct State;
+    const std::shared_ptr<State>& state() const { return state_; }
+
+  private:
+    explicit Scene(std::shared_ptr<State> state) : state_(std::move(state)) {}
+    std::shared_ptr<State> state_;
+};
+
+} // namespace cmpg::v1

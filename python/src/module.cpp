@@ -1,0 +1,318 @@
+// The compiled half of the Python package: handles of the library, with arrays in place of its vectors. python/cmpg/__init__.py is the surface.
+#include <cmpg/cmpg.h>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using Floats = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+using Array = nb::ndarray<nb::numpy, float>;
+
+// Every call into the library lets other Python threads run: it may wait for a device that such a thread works with, and asks Python for
+// signals while it holds it. That is also why the last handle must not be dropped with the lock of the interpreter held.
+template <class T> struct Held {
+    std::optional<T> library;
+
+    explicit Held(T handle) : library(std::move(handle)) {}
+    Held(Held&&) = default;
+    ~Held() {
+        nb::gil_scoped_release released;
+        library.reset();
+    }
+};
+using Device = Held<cmpg::Device>;
+using Renderer = Held<cmpg::Renderer>;
+using Recovery = Held<cmpg::Recovery>;
+
+// An array that takes over the values.
+template <class T> Array toArray(std::vector<T> values, int height, int width, int channels) {
+    auto* kept = new std::vector<float>(values.begin(), values.end());
+    const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); });
+    return Array(kept->data(), {std::size_t(height), std::size_t(width), std::size_t(channels)}, owner);
+}
+template <> Array toArray(std::vector<float> values, int height, int width, int channels) {
+    auto* kept = new std::vector<float>(std::move(values));
+    const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); });
+    return Array(kept->data(), {std::size_t(height), std::size_t(width), std::size_t(channels)}, owner);
+}
+Array toArray(cmpg::Image image) { return toArray(std::move(image.values), image.height, image.width, image.channels); }
+template <class T> Array toArray(std::vector<T> values, const cmpg::ParameterInfo& info) {
+    return toArray(std::move(values), info.height, info.width, info.channels);
+}
+
+cmpg::Image toImage(const Floats& array) {
+    if (array.ndim() != 3 || (array.shape(2) != 1 && array.shape(2) != 3))
+        throw cmpg::Error(cmpg::ErrorKind::Usage, "an image is an array of (height, width, 3)", {}, "reshape it");
+    cmpg::Image image(int(array.shape(1)), int(array.shape(0)), int(array.shape(2)));
+    std::copy_n(array.data(), array.size(), image.values.begin());
+    return image;
+}
+std::vector<float> toVector(const Floats& array) { return {array.data(), array.data() + array.size()}; }
+
+// The value of an enumeration with this name.
+template <class E, std::size_t N> E named(const std::string& option, const std::string& name, const cmpg::EnumName<E> (&names)[N]) {
+    std::string all;
+    for (const auto& known : names) {
+        if (name == known.name)
+            return known.value;
+        all += (all.empty() ? "" : ", ") + std::string(known.name);
+    }
+    throw cmpg::Error(cmpg::ErrorKind::Usage, option + " cannot be '" + name + "'", {}, "take one of " + all, {option});
+}
+
+cmpg::PathOptions pathOptions(std::uint32_t maxDepth, const std::string& sampling, const std::string& pixelSampling, const std::string& roulette,
+                              bool positivize, bool noNee, std::uint64_t memory, std::uint64_t guideMemory) {
+    constexpr cmpg::EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};
+    return {.maxDepth = maxDepth,
+            .sampling = named("sampling", sampling, cmpg::kSamplings),
+            .pixelSampling = named("pixel-sampling", pixelSampling, cmpg::kPixelSamplings),
+            .roulette = named("roulette", roulette, kRoulettes),
+            .positivize = positivize,
+            .lightSampling = !noNee,
+            .memory = memory,
+            .guideMemory = guideMemory};
+}
+
+cmpg::PassOptions passOptions(const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed, std::uint32_t train,
+                              std::uint32_t trainSpp, bool frozen) {
+    return {.camera = camera, .width = width, .height = height, .spp = spp, .seed = seed, .train = train, .trainSpp = trainSpp, .frozen = frozen};
+}
+
+// Ctrl-C ends a pass.
+void endOnSignals() {
+    const nb::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0)
+        throw nb::python_error();
+}
+
+template <class Work> auto released(Work&& work) {
+    nb::gil_scoped_release unlocked;
+    return work();
+}
+
+const char* kindName(cmpg::ErrorKind kind) {
+    switch (kind) {
+    case cmpg::ErrorKind::Usage:
+        return "UsageError";
+    case cmpg::ErrorKind::Input:
+        return "InputError";
+    case cmpg::ErrorKind::Device:
+        return "DeviceError";
+    case cmpg::ErrorKind::Numerical:
+        return "NumericalError";
+    case cmpg::ErrorKind::Output:
+        break;
+    }
+    return "OutputError";
+}
+
+void translate(const std::exception_ptr& thrown, void*) {
+    try {
+        std::rethrow_exception(thrown);
+    } catch (const cmpg::Error& error) {
+        std::vector<std::string> options = error.options; // as keyword arguments
+        for (std::string& option : options)
+            if (option == "inspect")
+                option = "Scene.parameters, Scene.cameras";
+            else
+                std::replace(option.begin(), option.end(), '-', '_');
+        const nb::object type = nb::module_::import_("cmpg._errors").attr(kindName(error.kind));
+        const nb::object made = type(error.what(), error.cause, error.remedy, options);
+        PyErr_SetObject(type.ptr(), made.ptr());
+    }
+}
+
+} // namespace
+
+NB_MODULE(_cmpg, m) {
+    nb::register_exception_translator(translate);
+
+    m.def("encode_png", [](const Floats& image, float exposure) {
+        const std::vector<std::uint8_t> bytes = cmpg::encodePng(toImage(image), exposure);
+        return nb::bytes(bytes.data(), bytes.size());
+    }, "image"_a, "exposure"_a);
+    m.def("save_image", [](const std::filesystem::path& file, const Floats& image, float exposure) {
+        const cmpg::Image copy = toImage(image);
+        released([&] { cmpg::saveImage(file, copy, exposure); });
+    }, "file"_a, "image"_a, "exposure"_a);
+    m.def("load_image", [](const std::filesystem::path& file) { return toArray(released([&] { return cmpg::loadImage(file); })); }, "file"_a);
+
+    nb::class_<cmpg::DeviceInfo>(m, "DeviceInfo", "What a driver says of a device.")
+        .def_ro("name", &cmpg::DeviceInfo::name)
+        .def_ro("driver", &cmpg::DeviceInfo::driver)
+        .def_ro("type", &cmpg::DeviceInfo::type, "\"cpu\", \"integrated\", \"discrete\", \"virtual\" or \"other\"")
+        .def_ro("usable", &cmpg::DeviceInfo::usable)
+        .def_ro("missing", &cmpg::DeviceInfo::missing, "the required features it lacks, where it is not usable")
+        .def("__repr__", [](const cmpg::DeviceInfo& info) {
+            return "<" + info.name + ", " + info.driver + (info.usable ? "" : ", unusable: it lacks " + info.missing) + ">";
+        });
+    m.def("devices", [] { return released([] { return cmpg::Device::list(); }); });
+
+    nb::class_<Device>(m, "Device")
+        .def("__init__", [](Device* self, const std::string& select) {
+            new (self) Device(released([&] { return cmpg::Device(select); }));
+        }, "select"_a)
+        .def("info", [](const Device& self) { return self.library->info(); })
+        .def("memory_in_use", [](const Device& self) { return released([&] { return self.library->memoryInUse(); }); })
+        .def("memory_peak", [](const Device& self) { return released([&] { return self.library->memoryPeak(); }); });
+
+    nb::class_<cmpg::ParameterInfo>(m, "ParameterInfo")
+        .def_ro("name", &cmpg::ParameterInfo::name)
+        .def_ro("slot", &cmpg::ParameterInfo::slot)
+        .def_prop_ro("shape", [](const cmpg::ParameterInfo& info) { return nb::make_tuple(info.height, info.width, info.channels); })
+        .def_ro("lowest", &cmpg::ParameterInfo::lowest)
+        .def_ro("highest", &cmpg::ParameterInfo::highest);
+
+    nb::class_<cmpg::Scene>(m, "Scene")
+        .def("__init__", [](cmpg::Scene* self, const std::filesystem::path& file) {
+            new (self) cmpg::Scene(released([&] { return cmpg::Scene::load(file); }));
+        }, "file"_a)
+        .def("copy", &cmpg::Scene::copy, nb::call_guard<nb::gil_scoped_release>())
+        .def("source", &cmpg::Scene::source)
+        .def("warnings", &cmpg::Scene::warnings)
+        .def("max_depth", &cmpg::Scene::maxDepth)
+        .def("cameras", [](const cmpg::Scene& self) {
+            std::vector<std::pair<std::string, std::optional<float>>> cameras;
+            for (const cmpg::CameraInfo& camera : self.cameras())
+                cameras.emplace_back(camera.name, camera.aspect);
+            return cameras;
+        })
+        .def("parameters", [](const cmpg::Scene& self) { return released([&] { return self.parameters(); }); })
+        .def("parameter", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return self.parameter(name); }); }, "name"_a)
+        .def("select", &cmpg::Scene::select, "glob"_a)
+        .def("values", [](const cmpg::Scene& self, const std::string& name) {
+            const cmpg::ParameterInfo info = released([&] { return self.parameter(name); });
+            return toArray(released([&] { return self.values(name); }), info);
+        }, "name"_a)
+        .def("set", [](cmpg::Scene& self, const std::string& name, const Floats& values) {
+            released([&] { self.set(name, std::span(values.data(), values.size())); });
+        }, "name"_a, "values"_a)
+        .def("export", &cmpg::Scene::exportTo, "folder"_a, nb::call_guard<nb::gil_scoped_release>());
+
+    nb::class_<cmpg::PathOptions>(m, "PathOptions")
+        .def("__init__", [](cmpg::PathOptions* self, std::uint32_t maxDepth, const std::string& sampling, const std::string& pixelSampling,
+                            const std::string& roulette, bool positivize, bool noNee, std::uint64_t memory, std::uint64_t guideMemory) {
+            new (self) cmpg::PathOptions(pathOptions(maxDepth, sampling, pixelSampling, roulette, positivize, noNee, memory, guideMemory));
+        }, "max_depth"_a, "sampling"_a, "pixel_sampling"_a, "roulette"_a, "positivize"_a, "no_nee"_a, "memory"_a, "guide_memory"_a);
+    nb::class_<cmpg::PassOptions>(m, "PassOptions")
+        .def("__init__", [](cmpg::PassOptions* self, const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed,
+                            std::uint32_t train, std::uint32_t trainSpp, bool frozen) {
+            new (self) cmpg::PassOptions(passOptions(camera, width, height, spp, seed, train, trainSpp, frozen));
+        }, "camera"_a, "width"_a, "height"_a, "spp"_a, "seed"_a, "train"_a, "train_spp"_a, "frozen"_a);
+
+    nb::class_<Renderer>(m, "Renderer")
+        .def("__init__", [](Renderer* self, const Device& device, const cmpg::Scene& scene, const std::vector<std::string>& parameters,
+                            const cmpg::PathOptions& paths) {
+            new (self) Renderer(released([&] {
+                cmpg::Renderer renderer(*device.library, scene, {.paths = paths, .parameters = parameters});
+                renderer.onSubmission(endOnSignals);
+                return renderer;
+            }));
+        }, "device"_a, "scene"_a, "parameters"_a, "paths"_a)
+        .def("parameters", [](const Renderer& self) { return self.library->parameters(); })
+        .def("render", [](Renderer& self, const cmpg::PassOptions& pass) {
+            return toArray(released([&] { return self.library->render(pass); }));
+        }, "options"_a)
+        .def("forward", [](Renderer& self, const std::vector<std::pair<std::string, Floats>>& given, const cmpg::PassOptions& pass) {
+            std::vector<cmpg::Direction> directions;
+            for (const auto& [name, values] : given)
+                directions.push_back({name, toVector(values)});
+            return toArray(released([&] { return self.library->forward(directions, pass); }));
+        }, "directions"_a, "options"_a)
+        .def("backward", [](Renderer& self, const Floats& adjoint, const cmpg::PassOptions& pass) {
+            const cmpg::Image image = toImage(adjoint);
+            const std::vector<std::vector<double>> gradients = released([&] { return self.library->backward(image, pass); });
+            const std::vector<cmpg::ParameterInfo> infos = self.library->parameters();
+            nb::dict result;
+            for (std::size_t i = 0; i < infos.size(); ++i)
+                result[infos[i].name.c_str()] = toArray(gradients[i], infos[i]);
+            return result;
+        }, "adjoint"_a, "options"_a);
+
+    nb::class_<cmpg::Target>(m, "Target")
+        .def("__init__", [](cmpg::Target* self, const Floats& image, const std::string& camera, const std::optional<Floats>& mask) {
+            new (self) cmpg::Target{camera, toImage(image), mask ? toVector(*mask) : std::vector<float>()};
+        }, "image"_a, "camera"_a, "mask"_a.none())
+        .def_static("load", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
+            return released([&] { return cmpg::Target::load(file, camera, mask, exposure); });
+        }, "file"_a, "camera"_a, "mask"_a, "exposure"_a);
+
+    nb::class_<cmpg::RecoveryStep>(m, "RecoveryStep", "What one step did.")
+        .def_ro("step", &cmpg::RecoveryStep::step, "number of the step, from 0")
+        .def_ro("loss", &cmpg::RecoveryStep::loss,
+                "mean over the views, before the update; of a squared loss without bias by noise, so it may be negative")
+        .def_ro("loss_error", &cmpg::RecoveryStep::lossError, "standard error of `loss` by noise")
+        .def_ro("regularizer", &cmpg::RecoveryStep::regularizer, "weighted; no part of `loss`")
+        .def_ro("rate", &cmpg::RecoveryStep::rate, "of the first parameter, schedule included")
+        .def_ro("seconds", &cmpg::RecoveryStep::seconds, "wall seconds of the step")
+        .def_ro("gradient_norm", &cmpg::RecoveryStep::gradientNorm, "Euclidean, over all parameters")
+        .def_ro("dropped", &cmpg::RecoveryStep::dropped, "entries and pixels left out because they were not finite")
+        .def_ro("warnings", &cmpg::RecoveryStep::warnings, "gradients that explode, stall or come from a few samples, each told once")
+        .def("__repr__", [](const cmpg::RecoveryStep& step) {
+            char text[160];
+            std::snprintf(text, sizeof text, "<step %u: loss %.4g +- %.2g, %.2f s>", step.step, step.loss, step.lossError, step.seconds);
+            return std::string(text);
+        });
+
+    nb::class_<Recovery>(m, "Recovery")
+        .def("__init__", [](Recovery* self, const Device& device, const cmpg::Scene& scene, const std::vector<cmpg::Target>& targets,
+                            const std::vector<std::string>& parameters, const cmpg::PathOptions& paths, std::uint32_t steps, std::uint32_t spp,
+                            std::uint32_t sppGradient, std::uint32_t sppDifference, std::uint64_t seed, const std::string& loss,
+                            const std::string& optimizer, const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule,
+                            float finalRate, float prior, float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp,
+                            std::uint32_t freeze) {
+            const cmpg::RecoveryOptions options{.paths = paths,
+                                                .parameters = parameters,
+                                                .steps = steps,
+                                                .spp = spp,
+                                                .sppGradient = sppGradient,
+                                                .sppDifference = sppDifference,
+                                                .seed = seed,
+                                                .loss = named("loss", loss, cmpg::kLosses),
+                                                .optimizer = named("optimizer", optimizer, cmpg::kOptimizers),
+                                                .rates = rates,
+                                                .schedule = named("schedule", schedule, cmpg::kSchedules),
+                                                .finalRate = finalRate,
+                                                .prior = prior,
+                                                .totalVariation = totalVariation,
+                                                .viewsPerStep = viewsPerStep,
+                                                .warmUp = warmUp,
+                                                .freeze = freeze};
+            new (self) Recovery(released([&] {
+                cmpg::Recovery recovery(*device.library, scene, targets, options);
+                recovery.onSubmission(endOnSignals);
+                return recovery;
+            }));
+        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a,
+           "loss"_a, "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a, "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a)
+        .def("step", [](Recovery& self) { return released([&] { return self.library->step(); }); })
+        .def("steps", [](const Recovery& self) { return released([&] { return self.library->steps(); }); })
+        .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
+        .def("parameters", [](const Recovery& self) { return self.library->parameters(); })
+        .def("values", [](const Recovery& self, const cmpg::ParameterInfo& info) {
+            return toArray(released([&] { return self.library->values(info.name); }), info);
+        }, "parameter"_a)
+        .def("gradient", [](const Recovery& self, const cmpg::ParameterInfo& info) {
+            return toArray(released([&] { return self.library->gradient(info.name); }), info);
+        }, "parameter"_a)
+        .def("image", [](Recovery& self, std::size_t target, std::uint32_t spp) {
+            return toArray(released([&] { return self.library->image(target, spp); }));
+        }, "target"_a, "spp"_a)
+        .def("apply", [](const Recovery& self, cmpg::Scene& scene) { released([&] { self.library->apply(scene); }); }, "scene"_a)
+        .def("save", [](const Recovery& self, const std::filesystem::path& folder) { released([&] { self.library->save(folder); }); }, "folder"_a)
+        .def("resume", [](Recovery& self, const std::filesystem::path& folder) {
+            return released([&] { return self.library->resume(folder); });
+        }, "folder"_a);
+}

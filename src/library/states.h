@@ -1,0 +1,52 @@
+// What stands behind the handles of the library's surface.
+#pragma once
+
+#include "render/renderer.h"
+#include "scene/scene.h"
+#include "vk/device.h"
+
+#include <cmpg/device.h>
+#include <cmpg/options.h>
+#include <cmpg/scene.h>
+
+#include <functional>
+#include <mutex>
+#include <span>
+
+namespace cmpg::v1 {
+
+struct Device::State {
+    explicit State(const std::string& select) : device(cmpg::Device::Options{.select = select}) {}
+
+    std::recursive_mutex mutex; // of whoever records, submits or frees; what is asked during a pass may free another renderer
+    cmpg::Device device;
+    DeviceInfo info;
+};
+
+struct Scene::State {
+    std::mutex mutex;
+    cmpg::Scene scene;
+    std::vector<std::uint64_t> revisions; // by parameter: how often it was set
+};
+
+// Indices of the parameters that names and globs select, each once, in order of first mention. Error(Usage) on one that selects none.
+std::vector<std::uint32_t> selected(const cmpg::Scene& scene, std::span<const std::string> globs);
+
+// A copy of a scene for a renderer to change: `parameters`, which the globs select, are floats. `revisions`: of the values that were copied.
+cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
+                   std::vector<std::uint64_t>& revisions);
+
+ParameterInfo describe(const cmpg::Parameter& parameter);
+
+// What PathOptions say of a renderer without a guide. Error(Usage) on what is out of range.
+RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, const std::vector<std::uint32_t>& differentiable);
+
+// Error(Usage) that names the option where `valid` does not hold.
+void require(bool valid, const std::string& option, const std::string& range);
+constexpr std::uint32_t kMostSamples = 1u << 24; // counts stay exact in float
+
+// Seconds between two calls of what may end a pass: soon enough for Ctrl-C.
+constexpr double kSubmissionSeconds = 0.2;
+Interaction interactionOf(const std::function<void()>& call);
+
+} // namespace cmpg::v1

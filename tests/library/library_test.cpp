@@ -1,0 +1,308 @@
+// The library as other programs use it: by its headers and its shared object alone. What the command line writes is the yardstick.
+#include <cmpg/cmpg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <thread>
+#include <unistd.h>
+
+namespace {
+
+using namespace cmpg;
+namespace fs = std::filesystem;
+
+const std::string kBox = CMPG_SOURCE_DIR "/scenes/box/scene.gltf";
+const std::string kPainting = "painting.baseColor"; // 64 x 64 x 3
+
+Device& device() {
+    static Device d;
+    return d;
+}
+
+class Folder {
+  public:
+    Folder() : path_(fs::temp_directory_path() / ("cmpg-library-" + std::to_string(getpid()) + "-" + std::to_string(++number_))) {
+        fs::create_directories(path_);
+    }
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+  private:
+    static inline int number_ = 0;
+    fs::path path_;
+};
+
+// Runs the program; whether it ended well.
+bool program(const std::string& arguments) {
+    return std::system((std::string(CMPG_BINARY) + " --headless --quiet " + arguments + " > /dev/null 2>&1").c_str()) == 0;
+}
+
+Scene greyScene() {
+    Scene scene = Scene::load(kBox);
+    scene.set(kPainting, std::vector{0.5f});
+    return scene;
+}
+
+RecoveryOptions paintingOptions() {
+    RecoveryOptions options;
+    options.parameters = {kPainting};
+    options.paths.maxDepth = 4;
+    return options;
+}
+
+// A picture of the true scene, small.
+Target smallTarget(std::uint64_t seed = 1) { return {"", Renderer(device(), Scene::load(kBox)).render({.width = 32, .spp = 32, .seed = seed})}; }
+
+Error errorOf(const auto& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        return error;
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {ErrorKind::Usage, ""};
+}
+
+TEST(LibraryScene, ValuesAreRangesAndShapesOfTheFile) {
+    Scene scene = Scene::load(kBox);
+    const ParameterInfo info = scene.parameter(kPainting);
+    EXPECT_EQ(info.slot, "baseColor");
+    EXPECT_EQ(info.height, 64);
+    EXPECT_EQ(info.width, 64);
+    EXPECT_EQ(info.channels, 3);
+    EXPECT_EQ(info.lowest, 0);
+    EXPECT_EQ(info.highest, 1);
+    EXPECT_TRUE(std::isinf(scene.parameter("light.emission").highest));
+    EXPECT_EQ(scene.parameters().size(), scene.select("*").size());
+    EXPECT_EQ(scene.cameras().front().name, "front");
+
+    std::vector<float> values = scene.values(kPainting);
+    ASSERT_EQ(values.size(), info.entries());
+    std::reverse(values.begin(), values.end());
+    const Scene before = scene.copy();
+    scene.set(kPainting, values);
+    EXPECT_EQ(scene.values(kPainting), values);
+    EXPECT_NE(before.values(kPainting), values);
+    scene.set(kPainting, std::vector{0.1f, 0.2f, 0.3f});
+    EXPECT_EQ(scene.values(kPainting)[4], 0.2f);
+}
+
+TEST(LibraryScene, ErrorsCarryKindCauseAndRemedy) {
+    Scene scene = Scene::load(kBox);
+    const Error unknown = errorOf([&] { scene.values("paintin.baseColor"); });
+    EXPECT_EQ(unknown.kind, ErrorKind::Usage);
+    EXPECT_NE(unknown.cause.find(kPainting), std::string::npos) << unknown.cause;
+    EXPECT_FALSE(unknown.remedy.empty());
+    EXPECT_EQ(errorOf([&] { scene.set(kPainting, std::vector{1.5f}); }).kind, ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { scene.set(kPainting, std::vector<float>(7)); }).kind, ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { scene.exportTo("/proc/none"); }).kind, ErrorKind::Output);
+    const Error missing = errorOf([] { Scene::load("/nowhere/scene.gltf"); });
+    EXPECT_EQ(missing.kind, ErrorKind::Input);
+    EXPECT_FALSE(missing.cause.empty());
+    EXPECT_FALSE(missing.remedy.empty());
+    const Error device = errorOf([] { Device("no such device"); });
+    EXPECT_EQ(device.kind, ErrorKind::Device);
+    EXPECT_EQ(device.options, std::vector<std::string>{"device"});
+    const Error memory = errorOf([&] { Renderer(::device(), scene, {.paths = {.memory = 1}}); });
+    EXPECT_EQ(memory.options, std::vector<std::string>{"memory"});
+    for (const Error& error : {unknown, missing, device, memory}) // which are the command line's
+        EXPECT_EQ((error.what() + error.cause + error.remedy).find("--"), std::string::npos) << error.remedy;
+}
+
+TEST(LibraryScene, ExportsWhatWasSet) {
+    const Folder folder;
+    greyScene().exportTo(folder / "out");
+    EXPECT_EQ(loadImage(folder / "out/parameters/painting.baseColor.exr").values, std::vector<float>(64 * 64 * 3, 0.5f));
+    for (const float value : Scene::load(folder / "out/scene.gltf").values(kPainting))
+        ASSERT_NEAR(value, 0.5f, 0.003f);
+}
+
+TEST(LibraryRenderer, MakesTheImagesOfTheProgram) {
+    const Folder folder;
+    ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --seed 3 -o " + (folder / "plain.exr")));
+    ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --train 2 --camera corner --set " + kPainting + "=0.5 -o " +
+                        (folder / "guided.exr")));
+    Scene scene = Scene::load(kBox);
+    Renderer renderer(device(), scene);
+    EXPECT_EQ(renderer.render({.width = 24, .spp = 4, .seed = 3}).values, loadImage(folder / "plain.exr").values);
+    scene.set(kPainting, std::vector{0.5f}); // which the renderer was not told of
+    EXPECT_EQ(renderer.render({.camera = "corner", .width = 24, .spp = 4, .train = 2}).values, loadImage(folder / "guided.exr").values);
+}
+
+TEST(LibraryRenderer, MakesTheDerivativesOfTheProgram) {
+    const Folder folder;
+    const std::string common = "gradient " + kBox + " --param " + kPainting + " --set " + kPainting + "=0.5 --spp-gradient 4 --train 2 ";
+    const Image adjoint = Renderer(device(), Scene::load(kBox)).render({.width = 24, .spp = 4});
+    saveImage(folder / "adjoint.exr", adjoint);
+    ASSERT_TRUE(program(common + "--width 24 -o " + (folder / "forward.exr")));
+    ASSERT_TRUE(program(common + "--adjoint " + (folder / "adjoint.exr") + " -o " + (folder / "backward.exr")));
+
+    Renderer renderer(device(), greyScene(), {.paths = {}, .parameters = {"painting.*Color"}});
+    ASSERT_EQ(renderer.parameters().size(), 1u);
+    const std::vector<Direction> one{{kPainting, std::vector<float>(renderer.parameters()[0].entries(), 1.f)}};
+    EXPECT_EQ(renderer.forward(one, {.width = 24, .spp = 4, .train = 2}).values, loadImage(folder / "forward.exr").values);
+    const auto gradients = renderer.backward(adjoint, {.spp = 4, .train = 2});
+    ASSERT_EQ(gradients.size(), 1u);
+    EXPECT_EQ(std::vector<float>(gradients[0].begin(), gradients[0].end()), loadImage(folder / "backward.exr").values);
+}
+
+TEST(LibraryRenderer, FrozenDerivativesAreThoseOfTheImage) {
+    Scene scene = Scene::load(kBox);
+    Renderer renderer(device(), scene, {.paths = {.maxDepth = 3}, .parameters = {"light.emission"}});
+    const PassOptions pass{.width = 16, .spp = 4, .seed = 5, .frozen = true};
+    const std::vector<float> emission = scene.values("light.emission");
+    const Image derivative = renderer.forward(std::vector{Direction{"light.emission", emission}}, pass);
+    const Image image = renderer.render(pass);
+    scene.set("light.emission", std::vector{2 * emission[0], 2 * emission[1], 2 * emission[2]});
+    const Image twice = renderer.render(pass);
+    double largest = 0;
+    for (std::size_t i = 0; i < image.values.size(); ++i) {
+        ASSERT_NEAR(derivative.values[i], twice.values[i] - image.values[i], 1e-4 * (1 + std::abs(image.values[i])));
+        largest = std::max(largest, double(image.values[i]));
+    }
+    EXPECT_GT(largest, 0);
+    EXPECT_EQ(errorOf([&] { renderer.render({.train = 1, .frozen = true}); }).kind, ErrorKind::Usage);
+}
+
+TEST(LibraryRenderer, SaysWhereSumsOverflow) {
+    Scene scene = Scene::load(CMPG_SOURCE_DIR "/scenes/furnace/scene.gltf");
+    Renderer renderer(device(), scene);
+    const PassOptions pass{.width = 16, .height = 16, .spp = 4};
+    renderer.render(pass);
+    scene.set("wall.emission", std::vector{3e38f});
+    const Error error = errorOf([&] { renderer.render(pass); });
+    EXPECT_EQ(error.kind, ErrorKind::Numerical);
+    EXPECT_FALSE(error.remedy.empty());
+}
+
+TEST(LibraryRenderer, EndsAPassWhenAskedTo) {
+    Renderer renderer(device(), Scene::load(kBox));
+    const PassOptions pass{.width = 24, .spp = 4, .train = 1};
+    const Image image = renderer.render(pass);
+    struct Ended {};
+    renderer.onSubmission([] { throw Ended{}; });
+    EXPECT_THROW(renderer.render(pass), Ended);
+    renderer.onSubmission({});
+    EXPECT_EQ(renderer.render(pass).values, image.values);
+}
+
+TEST(LibraryRenderer, RendersTwoScenesAtOnce) {
+    const Scene a = Scene::load(kBox), b = Scene::load(CMPG_SOURCE_DIR "/scenes/furnace/scene.gltf");
+    const PassOptions pass{.width = 16, .spp = 2};
+    const Image first = Renderer(device(), a).render(pass), second = Renderer(device(), b).render(pass);
+    bool same = true;
+    std::thread other([&] {
+        for (int i = 0; i < 5; ++i)
+            same &= Renderer(device(), b).render(pass).values == second.values;
+    });
+    for (int i = 0; i < 5; ++i)
+        EXPECT_EQ(Renderer(device(), a).render(pass).values, first.values);
+    other.join();
+    EXPECT_TRUE(same);
+}
+
+TEST(LibraryRecovery, FindsWhatTheProgramFinds) {
+    const Folder folder;
+    const Target target = smallTarget();
+    saveImage(folder / "target.exr", target.image);
+    ASSERT_TRUE(program("optimize " + kBox + " --param " + kPainting + " --set " + kPainting + "=0.5 --steps 4 --target " + (folder / "target.exr") +
+                        " -o " + (folder / "run")));
+    RecoveryOptions options;
+    options.parameters = {kPainting};
+    const Scene scene = greyScene();
+    Recovery recovery(device(), scene, {Target::load(folder / "target.exr")}, options);
+    for (int i = 0; i < 4; ++i)
+        recovery.step();
+    EXPECT_EQ(recovery.values(kPainting), loadImage(folder / "run/parameters/painting.baseColor.exr").values);
+    const std::vector<double> gradient = recovery.gradient(kPainting);
+    EXPECT_EQ(std::vector<float>(gradient.begin(), gradient.end()), loadImage(folder / "run/gradients/painting.baseColor.exr").values);
+    EXPECT_EQ(recovery.image().values, loadImage(folder / "run/final.exr").values);
+    EXPECT_EQ(scene.values(kPainting), std::vector<float>(64 * 64 * 3, 0.5f));
+}
+
+TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
+    Scene scene = greyScene();
+    RecoveryOptions options = paintingOptions();
+    options.steps = 6;
+    Recovery recovery(device(), scene, {smallTarget()}, options);
+    std::vector<double> losses;
+    while (!recovery.done())
+        losses.push_back(recovery.step().loss);
+    ASSERT_EQ(losses.size(), 6u);
+    EXPECT_LT(losses.back(), 0.5 * losses.front());
+    recovery.apply(scene);
+    EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
+}
+
+TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
+    const Folder folder;
+    const Scene scene = greyScene();
+    const std::vector<Target> targets{smallTarget()};
+    Recovery whole(device(), scene, targets, paintingOptions()), half(device(), scene, targets, paintingOptions());
+    for (int i = 0; i < 4; ++i)
+        whole.step();
+    for (int i = 0; i < 2; ++i)
+        half.step();
+    half.save(folder / "kept");
+    Recovery resumed(device(), scene, targets, paintingOptions());
+    EXPECT_FALSE(resumed.resume(folder / "none"));
+    ASSERT_TRUE(resumed.resume(folder / "kept"));
+    EXPECT_EQ(resumed.steps(), 2u);
+    for (int i = 0; i < 2; ++i)
+        resumed.step();
+    EXPECT_EQ(resumed.values(kPainting), whole.values(kPainting));
+
+    RecoveryOptions others = paintingOptions();
+    others.sppGradient = 8;
+    Recovery other(device(), scene, targets, others);
+    const Error error = errorOf([&] { other.resume(folder / "kept"); });
+    EXPECT_EQ(error.kind, ErrorKind::Input);
+    EXPECT_NE(std::string(error.what()).find("spp-gradient"), std::string::npos) << error.what();
+}
+
+TEST(LibraryRecovery, AStepThatIsEndedCanBeDoneAgain) {
+    const Scene scene = greyScene();
+    const std::vector<Target> targets{smallTarget()};
+    Recovery ended(device(), scene, targets, paintingOptions()), whole(device(), scene, targets, paintingOptions());
+    struct Ended {};
+    int calls = 0;
+    ended.onSubmission([&] {
+        if (++calls == 4)
+            throw Ended{};
+    });
+    EXPECT_THROW(ended.step(), Ended);
+    EXPECT_EQ(ended.steps(), 0u);
+    for (int i = 0; i < 2; ++i) {
+        ended.step();
+        whole.step();
+    }
+    EXPECT_EQ(ended.values(kPainting), whole.values(kPainting));
+}
+
+TEST(LibraryRecovery, RefusesWhatMakesNoSense) {
+    const Scene scene = Scene::load(kBox);
+    const std::vector<Target> targets{{"", Image(16, 16, 3, 0.5f)}};
+    const auto refuses = [&](const auto& change) {
+        RecoveryOptions options = paintingOptions();
+        change(options);
+        return errorOf([&] { Recovery(device(), scene, targets, options); });
+    };
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.parameters.clear(); }).options, std::vector<std::string>{"param"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.steps = 0; }).options, std::vector<std::string>{"steps"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.sppDifference = 1; }).options, std::vector<std::string>{"spp-difference"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.rates = {{"colour", 0.1f}}; }).options, std::vector<std::string>{"rate"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) {
+                  o.optimizer = OptimizerKind::GaussNewton;
+                  o.loss = Loss::L1;
+              }).kind,
+              ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { Recovery(device(), scene, {}, paintingOptions()); }).options, std::vector<std::string>{"target"});
+    EXPECT_EQ(errorOf([&] { Recovery(device(), scene, {{"nobody", Image(8, 8, 3)}}, paintingOptions()); }).kind, ErrorKind::Usage);
+}
+
+} // namespace

@@ -1,0 +1,50 @@
+"""Code of the documentation runs as it stands, but for sizes and numbers of steps."""
+
+import re
+
+import numpy as np
+import pytest
+from conftest import BOX, ROOT
+
+import cmpg
+
+
+def blocks(file):
+    return re.findall(r"```python\n(.*?)```", (ROOT / file).read_text(), flags=re.DOTALL)
+
+
+def smaller(code):
+    for pattern, value in [(r"steps=\d+", "steps=2"), (r"width=\d+", "width=16"), (r"spp=\d+", "spp=2"), (r"range\(\d+\)", "range(2)")]:
+        code = re.sub(pattern, value, code)
+    return code
+
+
+def run(code, monkeypatch, folder, names):
+    monkeypatch.chdir(folder)
+    (folder / "scenes").symlink_to(ROOT / "scenes")
+    (folder / "out").mkdir()
+    exec(compile(smaller(code), "documentation", "exec"), names)
+    return names
+
+
+def test_readme(monkeypatch, tmp_path):
+    (code,) = blocks("README.md")
+    names = run(code, monkeypatch, tmp_path, {})
+    assert names["recovery"].done and (tmp_path / "painting.png").exists()
+
+
+def test_recovery(monkeypatch, tmp_path):
+    names = run(blocks("docs/python.md")[0], monkeypatch, tmp_path, {})
+    assert names["recovery"].done and (tmp_path / "out/recovered/scene.gltf").exists()
+
+
+def test_derivatives(monkeypatch, tmp_path, scene):
+    names = run(blocks("docs/python.md")[1], monkeypatch, tmp_path, {"cmpg": cmpg, "scene": scene, "target": np.float32(0.5)})
+    assert names["image"].shape == names["change"].shape == names["guided"].shape == (16, 16, 3)
+    assert set(names["gradients"]) == {"painting.baseColor", "light.emission"}
+
+
+def test_torch(monkeypatch, tmp_path):
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed: scripts/python-env --torch")
+    names = run(blocks("docs/python.md")[2], monkeypatch, tmp_path, {"torch": torch, "scene": cmpg.Scene(BOX), "target": torch.full((16, 16, 3), 0.5)})
+    assert names["texture"].grad.abs().sum() > 0

@@ -1,0 +1,99 @@
+"""Recoveries: iterators over steps."""
+
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+from conftest import PAINTING, ROOT
+
+import cmpg
+
+
+def test_loss_falls(grey, target):
+    recovery = cmpg.Recovery(grey, target, PAINTING, steps=6, max_depth=4)
+    steps = list(recovery)
+    assert [s.step for s in steps] == list(range(6)) and recovery.done and recovery.steps_done == 6
+    assert steps[-1].loss < 0.5 * steps[0].loss
+    assert all(s.seconds > 0 and s.gradient_norm > 0 and s.dropped == 0 for s in steps)
+    assert (grey[PAINTING].values == 0.5).all()
+    assert recovery.gradient(PAINTING).shape == recovery[PAINTING].shape == (64, 64, 3)
+    assert recovery.image(spp=8).shape == (32, 32, 3)
+    recovery.apply(grey)
+    np.testing.assert_array_equal(grey[PAINTING].values, recovery[PAINTING])
+    assert list(recovery) == []  # done
+
+
+def test_takes_files_cameras_and_masks(grey, target, tmp_path):
+    corner = cmpg.Renderer(grey, max_depth=4).render(camera="corner", width=16, spp=8)
+    target.save(tmp_path / "front.exr")
+    recovery = cmpg.Recovery(grey, {"front": tmp_path / "front.exr", "corner": corner}, PAINTING, max_depth=4)
+    recovery.step()
+    assert recovery.image(1, spp=1).shape == (16, 16, 3)
+
+    same = cmpg.Recovery(grey, target, PAINTING, max_depth=4)
+    masked = cmpg.Recovery(grey, target, PAINTING, mask=np.eye(32), max_depth=4)
+    assert same.step().loss != masked.step().loss
+    exposed = cmpg.Recovery(grey, target / 4, PAINTING, target_exposure=2, max_depth=4)
+    exposed.step()
+    np.testing.assert_array_equal(exposed[PAINTING], same[PAINTING])
+
+
+def test_goes_on_from_a_checkpoint(grey, target, tmp_path):
+    options = dict(max_depth=4, rate={"baseColor": 0.05})
+    whole, half, resumed = (cmpg.Recovery(grey, target, PAINTING, **options) for _ in range(3))
+    for _ in range(4):
+        whole.step()
+    half.step()
+    half.step()
+    half.save(tmp_path / "kept")
+    assert not resumed.resume(tmp_path / "none")
+    assert resumed.resume(tmp_path / "kept") and resumed.steps_done == 2
+    resumed.step()
+    resumed.step()
+    np.testing.assert_array_equal(resumed[PAINTING], whole[PAINTING])
+    with pytest.raises(cmpg.InputError, match="rate of baseColor"):
+        cmpg.Recovery(grey, target, PAINTING, max_depth=4).resume(tmp_path / "kept")
+
+
+def test_interrupt_ends_a_recovery(grey):
+    """Within a step, which can then be done again."""
+    target = np.ones((64, 64, 3))
+    recovery = cmpg.Recovery(grey, target, PAINTING, spp=64, spp_gradient=64, spp_difference=0)
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in recovery:
+            pass
+    timer.join()
+    assert recovery.steps_done < 200
+    done = recovery.steps_done
+    assert recovery.step().step == done
+
+
+def test_refuses_what_makes_no_sense(scene, target):
+    with pytest.raises(cmpg.UsageError, match="loss cannot be 'huber'"):
+        cmpg.Recovery(scene, target, PAINTING, loss="huber")
+    with pytest.raises(cmpg.UsageError) as caught:
+        cmpg.Recovery(scene, target, [])
+    assert caught.value.options == ["param"]
+    with pytest.raises(cmpg.InputError):
+        cmpg.Recovery(scene, ROOT / "nowhere.exr", PAINTING)
+    with pytest.raises(cmpg.UsageError):
+        cmpg.Recovery(scene, target, PAINTING)["white.baseColor"]
+
+
+def test_defaults_are_those_of_the_command_line(grey, target, tmp_path):
+    import subprocess
+
+    program = os.environ.get("CMPG_BINARY")
+    if not program:
+        pytest.skip("CMPG_BINARY does not say where the program is")
+    target.save(tmp_path / "target.exr")
+    subprocess.run([program, "--headless", "--quiet", "optimize", ROOT / "scenes/box/scene.gltf", "--param", PAINTING, "--set", PAINTING + "=0.5",
+                    "--target", tmp_path / "target.exr", "--steps", "3", "-o", tmp_path / "run"], check=True, capture_output=True)
+    recovery = cmpg.Recovery(grey, target, PAINTING, steps=3)
+    for _ in recovery:
+        pass
+    np.testing.assert_array_equal(recovery[PAINTING], cmpg.load_image(tmp_path / "run/parameters/painting.baseColor.exr"))

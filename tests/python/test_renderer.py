@@ -1,0 +1,156 @@
+"""Images and derivatives."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import LIGHT, PAINTING, ROOT
+
+import cmpg
+
+
+def test_renders(scene):
+    renderer = cmpg.Renderer(scene, max_depth=4)
+    image = renderer.render(width=24, height=16, spp=4, seed=3)
+    assert image.shape == (16, 24, 3) and image.dtype == np.float32 and isinstance(image, cmpg.Image)
+    np.testing.assert_array_equal(image, renderer.render(width=24, height=16, spp=4, seed=3))
+    assert (image != renderer.render(width=24, height=16, spp=4, seed=4)).any()
+    assert (image != renderer.render(width=24, height=16, spp=4, seed=3, camera="corner")).any()
+
+
+def test_follows_the_scene(scene):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=3)
+    before = renderer.render(width=16, spp=4)
+    for name in (PAINTING, "white.baseColor"):  # one that the renderer differentiates, and another
+        kept = scene[name].values
+        scene[name] = 0.0
+        assert renderer.render(width=16, spp=4).mean() < before.mean()
+        scene[name] = kept
+        np.testing.assert_array_equal(renderer.render(width=16, spp=4), before)
+
+
+def test_forward_is_the_derivative(scene):
+    renderer = cmpg.Renderer(scene, LIGHT, max_depth=3)
+    light = scene[LIGHT].values
+    derivative = renderer.forward({LIGHT: light}, width=16, spp=4, frozen=True)
+    image = renderer.render(width=16, spp=4, frozen=True)
+    scene[LIGHT] = 2 * light
+    difference = renderer.render(width=16, spp=4, frozen=True) - image
+    assert difference.max() > 0.1
+    np.testing.assert_allclose(derivative, difference, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("name, step", [(LIGHT, 0.5), ("white.baseColor", 0.01)])
+def test_backward_agrees_with_finite_differences(scene, name, step):
+    """With the same random numbers in all passes. Base colours are no factor of what is drawn in a scene without gloss."""
+    for other in scene.select("*.specular"):
+        scene[other] = 0
+    renderer = cmpg.Renderer(scene, name, max_depth=4)
+    adjoint = np.random.default_rng(2).random((16, 16, 3), dtype=np.float32)
+    gradient = renderer.backward(adjoint, spp=4, seed=5, frozen=True)[name]
+    values = scene[name].values
+    for channel in range(3):
+        loss = []
+        for sign in (1, -1):
+            moved = values.copy()
+            moved[..., channel] += sign * step
+            scene[name] = moved
+            image = renderer.render(width=16, height=16, spp=4, seed=5, frozen=True)
+            loss.append(np.sum(np.asarray(adjoint, dtype=np.float64) * image))
+        expected = (loss[0] - loss[1]) / (2 * step)
+        scene[name] = values
+        assert expected > 1
+        assert gradient[..., channel].sum() == pytest.approx(expected, rel=2e-3)
+
+
+def test_backward_is_the_transpose_of_forward(scene):
+    renderer = cmpg.Renderer(scene, [PAINTING, LIGHT], max_depth=3)
+    adjoint = np.random.default_rng(2).random((16, 16, 3), dtype=np.float32)
+    gradients = renderer.backward(adjoint, spp=4, frozen=True)
+    assert list(gradients) == renderer.parameters == [PAINTING, LIGHT]
+    for name, gradient in gradients.items():
+        assert gradient.shape == scene[name].shape and gradient.dtype == np.float32
+        image = renderer.forward({name: 1}, width=16, height=16, spp=4, frozen=True)
+        assert gradient.sum() == pytest.approx((adjoint * image).sum(), rel=1e-3)
+
+
+def test_images_and_derivatives_have_random_numbers_of_their_own(scene):
+    renderer = cmpg.Renderer(scene, LIGHT, max_depth=3)
+    frozen, free = (renderer.forward({LIGHT: scene[LIGHT].values}, width=16, spp=4, frozen=f) for f in (True, False))
+    assert (frozen != free).any()
+
+
+def test_learning_passes_guide(device):
+    door = cmpg.Scene(ROOT / "scenes/door/scene.gltf")
+    renderer = cmpg.Renderer(door, device=device, sampling="primal")
+    plain = renderer.render(width=16, spp=4)
+    guided = renderer.render(width=16, spp=4, train=2)
+    assert (guided != plain).any()
+    np.testing.assert_array_equal(renderer.render(width=16, spp=4), guided)  # draws from what was learned
+    np.testing.assert_array_equal(renderer.render(width=16, spp=4, train=2), guided)  # anew
+
+
+def test_refuses_wrong_shapes(scene):
+    renderer = cmpg.Renderer(scene, LIGHT)
+    with pytest.raises(cmpg.UsageError):
+        renderer.backward(np.ones((16, 16)))
+    with pytest.raises(cmpg.UsageError):
+        renderer.forward({PAINTING: 1}, width=8)
+    with pytest.raises(cmpg.UsageError):
+        cmpg.Renderer(scene).backward(np.ones((8, 8, 3)))
+
+
+def test_two_scenes_at_once(scene):
+    """Each on a device of its own, from threads of their own."""
+    other = cmpg.Scene(ROOT / "scenes/furnace/scene.gltf")
+    renderers = [cmpg.Renderer(scene, max_depth=4), cmpg.Renderer(other, max_depth=4)]
+    assert scene.device is not other.device
+    alone = [r.render(width=16, spp=2) for r in renderers]
+    found = [[], []]
+
+    def work(i):
+        for _ in range(5):
+            found[i].append(renderers[i].render(width=16, spp=2))
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for i in range(2):
+        assert len(found[i]) == 5
+        for image in found[i]:
+            np.testing.assert_array_equal(image, alone[i])
+
+
+def test_other_threads_run_meanwhile(scene):
+    renderer = cmpg.Renderer(scene)
+    renderer.render(width=8, spp=1)
+    done = threading.Event()
+    ticks = []
+
+    def tick():
+        while not done.wait(0.005):
+            ticks.append(time.perf_counter())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.perf_counter()
+    renderer.render(width=64, spp=64)
+    end = time.perf_counter()
+    done.set()
+    thread.join()
+    within = sum(begin < t < end for t in ticks)
+    assert end - begin > 0.05, "the pass is too short to tell"
+    assert within > 0.1 * (end - begin) / 0.005
+
+
+def test_renderers_go_while_others_work(scene):
+    """Dropping the last reference waits for the device without the interpreter's lock."""
+    working = cmpg.Renderer(scene)
+    thread = threading.Thread(target=lambda: working.render(width=64, spp=32))
+    thread.start()
+    for _ in range(5):
+        cmpg.Renderer(scene).render(width=8, spp=1)
+    thread.join()

@@ -1,0 +1,103 @@
+"""Scenes, their parameters, images and errors."""
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import BOX, LIGHT, PAINTING
+
+import cmpg
+
+
+def test_values_go_in_and_come_out(scene):
+    values = np.random.default_rng(1).random((64, 64, 3), dtype=np.float32)
+    scene[PAINTING] = values
+    assert scene[PAINTING].values.dtype == np.float32
+    np.testing.assert_array_equal(scene[PAINTING].values, values)
+    scene[PAINTING] = values[::-1]  # not contiguous
+    np.testing.assert_array_equal(scene[PAINTING].values, values[::-1])
+    scene[PAINTING] = [0.25, 0.5, 0.75]
+    assert (scene[PAINTING].values == np.float32([0.25, 0.5, 0.75])).all()
+    scene[PAINTING] = 0.5
+    assert (scene[PAINTING].values == 0.5).all()
+
+
+def test_values_are_copies(scene):
+    values = scene[PAINTING].values
+    values[:] = 0
+    assert scene[PAINTING].values.max() > 0
+
+
+def test_describes_its_parameters(scene):
+    parameter = scene.parameters[PAINTING]
+    assert (parameter.slot, parameter.shape, parameter.lowest, parameter.highest) == ("baseColor", (64, 64, 3), 0, 1)
+    assert scene[LIGHT].shape == (1, 1, 3) and math.isinf(scene[LIGHT].highest)
+    assert scene.select("painting.base*") == [PAINTING]
+    assert scene.cameras == {"front": 1.0, "corner": 1.0}
+
+
+def test_copies_have_values_of_their_own(scene):
+    other = scene.copy()
+    other[PAINTING] = 0
+    assert scene[PAINTING].values.max() > 0
+
+
+def test_exports(scene, tmp_path):
+    scene[PAINTING] = 0.5
+    scene.export(tmp_path / "out")
+    assert (cmpg.load_image(tmp_path / "out/parameters/painting.baseColor.exr") == 0.5).all()
+    np.testing.assert_allclose(cmpg.Scene(tmp_path / "out/scene.gltf")[PAINTING].values, 0.5, atol=0.003)
+
+
+def test_images_show_and_save_themselves(scene, tmp_path):
+    picture = scene[PAINTING]._repr_png_()
+    assert picture.startswith(b"\x89PNG")
+    scene[PAINTING].values.save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes() == picture
+    scene[PAINTING].values.save(tmp_path / "a.exr")
+    np.testing.assert_array_equal(cmpg.load_image(tmp_path / "a.exr"), scene[PAINTING].values)
+    assert isinstance(scene[PAINTING].values.mean(), np.float32)
+
+
+@pytest.mark.parametrize(
+    "wrong, kind, options",
+    [
+        (lambda s: s["paintin.baseColor"], cmpg.UsageError, ["Scene.parameters, Scene.cameras"]),
+        (lambda s: s.__setitem__(PAINTING, 1.5), cmpg.UsageError, ["Scene.parameters, Scene.cameras"]),
+        (lambda s: s.__setitem__(PAINTING, np.zeros((3, 64, 64))), cmpg.UsageError, []),
+        (lambda s: cmpg.Scene("/nowhere.gltf"), cmpg.InputError, []),
+        (lambda s: cmpg.Device("no such device"), cmpg.DeviceError, ["device"]),
+        (lambda s: cmpg.Renderer(s, sampling="magic"), cmpg.UsageError, ["sampling"]),
+        (lambda s: cmpg.Renderer(s, memory=1), cmpg.UsageError, ["memory"]),
+        (lambda s: cmpg.Renderer(s).render(spp=0), cmpg.UsageError, ["spp"]),
+        (lambda s: cmpg.Recovery(s, np.ones((8, 8, 3)), PAINTING, spp_difference=1), cmpg.UsageError, ["spp_difference"]),
+    ],
+)
+def test_errors_have_a_remedy(scene, wrong, kind, options):
+    with pytest.raises(kind) as caught:
+        wrong(scene)
+    error = caught.value
+    assert isinstance(error, cmpg.Error) and error.remedy and error.options == options
+    assert error.what in str(error) and error.remedy in str(error)
+    assert "--" not in str(error)  # which is the command line's
+
+
+def test_errors_have_a_cause(scene):
+    with pytest.raises(cmpg.UsageError) as caught:
+        scene["paintin.baseColor"]
+    assert PAINTING in caught.value.cause and PAINTING in str(caught.value)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_without_a_driver_the_error_names_a_package():
+    missing = {"VK_ICD_FILENAMES": "/nonexistent/driver.json", "VK_DRIVER_FILES": "/nonexistent/driver.json"}
+    result = subprocess.run([sys.executable, "-c", "import cmpg; cmpg.Device()"], env=os.environ | missing, capture_output=True, text=True)
+    assert result.returncode == 1
+    assert "cmpg.DeviceError" in result.stderr and "mesa-vulkan-drivers" in result.stderr
+
+
+def test_loads_pathlib_and_text(device):
+    assert cmpg.Scene(str(BOX)).source == cmpg.Scene(BOX).source
