@@ -2,9 +2,3 @@
 #pragma once
 
 #include <cmpg/error.h>
-
-namespace cmpg {
-
-using ExitCode = ErrorKind; // its former name, which the passes of src/render still say
-
-} // namespace cmpg

@@ -259,7 +259,7 @@ struct Renderer::Impl {
     // Leaves no records.
     void addTo(Film& film, std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key) {
         if (film.width != view.width || film.height != view.height)
-            throw Error(ExitCode::Usage, "the film's size differs from the view's");
+            throw Error(ErrorKind::Usage, "the film's size differs from the view's");
         PassInput in = passInput(view, key, spp);
         in.sampling = sampling;
         in.sampling.record = false;
@@ -287,10 +287,10 @@ struct Renderer::Impl {
         for (std::size_t i = 0; i < parameters.size(); ++i) {
             const auto found = std::find(config.differentiable.begin(), config.differentiable.end(), parameters[i]);
             if (found == config.differentiable.end())
-                throw Error(ExitCode::Usage, scene.parameters[parameters[i]].name + " was not named as differentiable");
+                throw Error(ErrorKind::Usage, scene.parameters[parameters[i]].name + " was not named as differentiable");
             const std::uint64_t at = buffers.gradientOffset(std::size_t(found - config.differentiable.begin()));
             if (directions[i].size() != scene.parameters[parameters[i]].entries())
-                throw Error(ExitCode::Usage, "the direction of " + scene.parameters[parameters[i]].name + " has the wrong number of entries");
+                throw Error(ErrorKind::Usage, "the direction of " + scene.parameters[parameters[i]].name + " has the wrong number of entries");
             std::copy(directions[i].begin(), directions[i].end(), direction.begin() + std::ptrdiff_t(at));
         }
         pools().direction.uploadAll(direction);
@@ -356,7 +356,7 @@ struct Renderer::Impl {
 
 Renderer::Renderer(Device& device, Scene& scene, const RenderConfig& config) : impl_(std::make_unique<Impl>(device, scene, config)) {
     if (config.maxDepth < 1)
-        throw Error(ExitCode::Usage, "the depth must be at least 1", "depth counts path segments", "use --max-depth 1 or more");
+        throw Error(ErrorKind::Usage, "the depth must be at least 1", "depth counts path segments", "raise the depth", {"max-depth"});
 }
 
 Renderer::~Renderer() = default;
@@ -447,7 +447,7 @@ void Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, 
                        std::span<const float> weights, std::vector<std::vector<double>>& gradients) {
     Impl& r = *impl_;
     if (adjoint.width != view.width || adjoint.height != view.height || adjoint.channels != 3)
-        throw Error(ExitCode::Usage, "the adjoint's size differs from the view's");
+        throw Error(ErrorKind::Usage, "the adjoint's size differs from the view's");
     PassInput in = passInput(view, key, spp);
     in.perPixel = perPixel;
     in.weights = weights;

@@ -56,10 +56,10 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     const std::uint64_t widest = std::max<std::uint64_t>({4 * b.tapeWords, sizeof(gpu::Vertex), 1});
     fits = std::min(fits, device.info().maxStorageBufferRange / widest);
     if (fits < kMinCapacity)
-        throw Error(ExitCode::Usage, "a memory budget of " + std::to_string(budget >> 20) + " MiB does not hold one batch",
+        throw Error(ErrorKind::Usage, "a memory budget of " + std::to_string(budget >> 20) + " MiB does not hold one batch",
                     "depth " + std::to_string(depth) + " needs " + std::to_string(perPath) + " bytes a path, at least " + std::to_string(kMinCapacity) +
                         " paths",
-                    "raise --memory to " + std::to_string((perPath * kMinCapacity >> 20) + 1) + " MiB or lower --max-depth");
+                    "raise the memory budget to " + std::to_string((perPath * kMinCapacity >> 20) + 1) + " MiB or lower the depth", {"memory", "max-depth"});
     capacity = std::uint32_t(fits) & ~63u;
 
     const std::uint64_t n = capacity;

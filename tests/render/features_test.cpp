@@ -242,9 +242,9 @@ TEST(Features, PoolsHoldWhatPassesNeed) {
     const PoolNeeds gradient{.modes = images | reverse, .gradientEntries = 3};
     const std::uint64_t one = pools({.differentiable = {color}}, gradient).at("tape");
     const std::uint64_t words = gpu::kTapeSurface + gpu::kTapeThroughput + gpu::kTapeSlot;
-    constexpr double kPadding = 1024; // of a buffer that is read in texels
+    constexpr double kTexelPadding = 1024; // of a buffer that is read in texels
     EXPECT_NEAR(double(pools({.differentiable = {color, lamp}}, gradient).at("tape")), double(one) * (words + gpu::kTapeEmissionWeight + gpu::kTapeLight) / words,
-                2 * kPadding);
+                2 * kTexelPadding);
     const Buffers unguided = pools({.differentiable = {color}}, gradient);
     for (const char* name : {"copies", "arrivals", "guide visits", "derivative parts", "moments", "path moments", "tangents", "direction"})
         EXPECT_FALSE(unguided.contains(name)) << name;
