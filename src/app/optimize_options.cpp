@@ -22,15 +22,7 @@ SlotRates parseRates(const std::vector<std::string>& texts) {
         const float rate = std::strtof(value.c_str(), &end);
         if (value.empty() || *end != 0 || !(rate >= 0 && rate < 1e6f))
             throw Error(ErrorKind::Usage, "--rate takes RATE or SLOT=RATE with a rate from 0 to 1e6, not '" + text + "'");
-        bool known = slot.empty();
-        for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
-            if (slot.empty() || slot == slotName(SlotKind(kind))) {
-                rates[kind] = rate;
-                known = true;
-            }
-        if (!known)
-            throw Error(ErrorKind::Usage, "--rate: there is no slot '" + slot + "'", "",
-                        "slots are baseColor, roughness, metallic, specular, emission, normal and radiance");
+        setRate(rates, slot, rate);
     }
     return rates;
 }

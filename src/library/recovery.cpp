@@ -19,15 +19,7 @@ SlotRates ratesOf(const RecoveryOptions& options) {
     SlotRates rates = OptimizerConfig{}.rates;
     for (const auto& [slot, rate] : options.rates) {
         require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
-        bool known = slot.empty();
-        for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
-            if (slot.empty() || slot == slotName(SlotKind(kind))) {
-                rates[kind] = rate;
-                known = true;
-            }
-        if (!known)
-            throw Error(ErrorKind::Usage, "there is no slot '" + slot + "'", {},
-                        "slots are baseColor, roughness, metallic, specular, emission, normal and radiance", {"rate"});
+        setRate(rates, slot, rate);
     }
     return rates;
 }

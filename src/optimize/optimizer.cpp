@@ -1,6 +1,7 @@
 // Optimisers over the entries of parameters.
 #include "optimize/optimizer.h"
 
+#include "base/error.h"
 #include "optimize/ordered_sum.h"
 
 #include <cmath>
@@ -82,6 +83,18 @@ std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments&
 }
 
 } // namespace
+
+void setRate(SlotRates& rates, const std::string& slot, float rate) {
+    bool known = slot.empty();
+    for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
+        if (slot.empty() || slot == slotName(SlotKind(kind))) {
+            rates[kind] = rate;
+            known = true;
+        }
+    if (!known)
+        throw Error(ErrorKind::Usage, "there is no slot '" + slot + "'", {}, "slots are baseColor, roughness, metallic, specular, emission, normal and radiance",
+                    {"rate"});
+}
 
 float slotRate(const OptimizerConfig& config, SlotKind kind) {
     const float rate = config.rates[std::size_t(kind)];

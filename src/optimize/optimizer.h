@@ -31,6 +31,9 @@ struct OptimizerConfig {
 constexpr SlotRates kAdamRates = {0.02f, 0.02f, 0.02f, 0.02f, 0.02f, 0.01f, 0.02f};
 constexpr SlotRates kSgdRates = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.25f, 0.5f};
 
+// Sets the rate of a slot, or of all where `slot` is empty. Error(Usage) where there is no such slot.
+void setRate(SlotRates& rates, const std::string& slot, float rate);
+
 // Step of a parameter of this kind: the configured one or the default.
 float slotRate(const OptimizerConfig& config, SlotKind kind);
 
