@@ -336,5 +336,25 @@ TEST(Optimize, ThePriorWeighsDifferencesAgainstImagesTrustedToFivePercent) {
     EXPECT_EQ(pulled[1], plain[1]); // light has none
 }
 
+// What a mask hides says nothing about how far images are to be trusted.
+TEST(Optimize, ThePriorIsBlindToWhatAMaskHides) {
+    const auto weight = [](float hidden) {
+        OptimizeConfig config = makeConfig(1);
+        config.totalVariation = 0;
+        config.prior = 5;
+        Target& target = config.targets[0];
+        target.mask.assign(target.image.pixels(), 1.f);
+        for (std::size_t p = 0; p < target.image.pixels() / 2; ++p) {
+            target.mask[p] = 0;
+            std::fill_n(target.image.values.begin() + std::ptrdiff_t(3 * p), 3, hidden);
+        }
+        Scene scene = test::makeTruth();
+        LinearModel model(scene, 1, 8, 8, 0);
+        return Optimization(model, scene, config, {0, 1}).step().regularizer;
+    };
+    EXPECT_GT(weight(0), 0);
+    EXPECT_EQ(weight(0), weight(1000));
+}
+
 } // namespace
 } // namespace cmpg
