@@ -5,6 +5,7 @@
 #include "optimize/regularizer.h"
 #include "optimize/view_order.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <map>
