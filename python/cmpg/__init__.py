@@ -354,7 +354,8 @@ class Recovery(Iterator[RecoveryStep]):
         rate: a number for all slots, or a number by the name of the slot, such as {"roughness": 0.01}.
         schedule: of the rate: "constant", "cosine" or "exponential".
         final_rate: what the schedule has multiplied the rate by at the last step.
-        prior: what is known of textures: differences d of neighbouring texels are as likely as exp(-prior |d|); 0: nothing.
+        prior: what is known of textures: differences of neighbouring texels, root mean square d over the n channels, are as likely
+            as exp(-prior n d); 0: nothing.
         total_variation: weight of the total variation of textures.
         views_per_step: of several targets; 0: all.
         warm_up: first steps, which only learn the guide.

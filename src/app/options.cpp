@@ -219,8 +219,8 @@ void addOptimizer(CLI::App& app, Options& o) {
     addCount(app, "--freeze", o.freeze, "Step from which on the guide stays as it is")->option_text(kind("N", "never"));
     addCount(app, "--stop-after", o.stopAfter, "End after so many of the steps, with the schedule of all")->option_text(kind("N", "--steps"));
     app.add_option("--prior", o.prior,
-                   "How alike neighbouring texels of slots from 0 to 1 are before any image is seen: differences are as likely as exp(-B |d|), beside "
-                   "images trusted to 5 % of their mean; 0: no prior")
+                   "How alike neighbouring texels of slots from 0 to 1 are before any image is seen: differences are as likely as exp(-B n d), "
+                   "with n channels and d the root mean square of theirs, beside images trusted to 5 % of their mean; 0: no prior")
         ->option_text(kind("B", "8"));
     app.add_option("--total-variation", o.totalVariation, "Weight of the total variation of textures in the loss")
         ->option_text(kind("W", "0"));

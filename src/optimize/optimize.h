@@ -27,7 +27,8 @@ struct OptimizeConfig {
     // costs about a step more.
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
-    // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior |d|); of slots
+    // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
+    // square of theirs; of slots
     // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely. What
     // is recovered is the most likely texture under both (maximum a posteriori). 0: any texture is as likely.
     double prior = 0;

@@ -11,22 +11,37 @@ namespace {
 
 constexpr std::size_t kChunkRows = 16;
 
-// For the pairs (from[i], to[i]): adds the smoothed |to - from| up, and leaves its derivatives by `to` in `derivative`.
-double pairs(const float* from, const float* to, std::size_t count, double epsilon, double* derivative) {
-    constexpr std::size_t kLane = 256; // values apart from their sum, so that the loop with the roots can be vectorised
-    double value[kLane], sum = 0;
-    for (std::size_t begin = 0; begin < count; begin += kLane) {
-        const std::size_t n = std::min(kLane, count - begin);
-        for (std::size_t i = 0; i < n; ++i) {
-            const double d = double(to[begin + i]) - double(from[begin + i]);
-            const double root = std::sqrt(d * d + epsilon * epsilon);
-            value[i] = root - epsilon;
-            derivative[begin + i] = d / root;
+// Of each of `count` texels the mean square over its channels of to - from.
+void meanSquares(const float* from, const float* to, std::size_t count, std::size_t channels, double* out) {
+    std::fill_n(out, count, 0.0);
+    for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t i = 0; i < count; ++i) {
+            const double d = double(to[i * channels + c]) - double(from[i * channels + c]);
+            out[i] += d * d;
         }
+    for (std::size_t i = 0; i < count; ++i)
+        out[i] /= double(channels);
+}
+
+// For the pairs of texels (from, to): adds up `channels` times the smoothed root mean square over the channels of to - from, and leaves its derivatives by
+// `to` in `derivative`.
+double pairs(const float* from, const float* to, std::size_t count, std::size_t channels, double epsilon, double* derivative) {
+    constexpr std::size_t kLane = 256; // texels apart from their sum, so that the loop with the roots can be vectorised
+    double root[kLane], sum = 0;
+    for (std::size_t begin = 0; begin < count; begin += kLane) {
+        const std::size_t n = std::min(kLane, count - begin), first = begin * channels;
+        meanSquares(from + first, to + first, n, channels, root);
         for (std::size_t i = 0; i < n; ++i)
-            sum += value[i];
+            root[i] = std::sqrt(root[i] + epsilon * epsilon);
+        for (std::size_t c = 0; c < channels; ++c)
+            for (std::size_t i = 0; i < n; ++i) {
+                const std::size_t k = first + i * channels + c;
+                derivative[k] = (double(to[k]) - double(from[k])) / root[i];
+            }
+        for (std::size_t i = 0; i < n; ++i)
+            sum += root[i] - epsilon;
     }
-    return sum;
+    return double(channels) * sum;
 }
 
 struct Wraps {
@@ -42,7 +57,7 @@ Wraps wrapsOf(const Parameter& parameter) {
 } // namespace
 
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon) {
-    const std::size_t height = parameter.height, channels = parameter.channels, row = parameter.width * channels;
+    const std::size_t width = parameter.width, height = parameter.height, channels = parameter.channels, row = width * channels;
     const bool wrapU = wrapsOf(parameter).u, wrapV = wrapsOf(parameter).v;
     const double scale = weight / double(parameter.entries());
 
@@ -52,13 +67,13 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
         const auto values = [&](std::size_t y) { return parameter.values.data() + (y % height) * row; };
         std::vector<double> across(row), above(row), below(row);
         if (begin > 0 || wrapV)
-            pairs(values(begin + height - 1), values(begin), row, epsilon, above.data());
+            pairs(values(begin + height - 1), values(begin), width, channels, epsilon, above.data());
         double total = 0;
         for (std::size_t y = begin; y < end; ++y) {
             double* out = gradient.data() + y * row;
-            total += pairs(values(y), values(y) + channels, row - channels, epsilon, across.data());
+            total += pairs(values(y), values(y) + channels, width - 1, channels, epsilon, across.data());
             if (wrapU)
-                total += pairs(values(y) + row - channels, values(y), channels, epsilon, across.data() + row - channels);
+                total += pairs(values(y) + row - channels, values(y), 1, channels, epsilon, across.data() + row - channels);
             for (std::size_t i = 0; i < row; ++i)
                 out[i] -= scale * across[i];
             for (std::size_t i = 0; i < channels; ++i)
@@ -67,7 +82,7 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
                 out[i] += scale * across[i - channels];
 
             if (y + 1 < height || wrapV)
-                total += pairs(values(y), values(y + 1), row, epsilon, below.data());
+                total += pairs(values(y), values(y + 1), width, channels, epsilon, below.data());
             else
                 std::fill(below.begin(), below.end(), 0.0);
             for (std::size_t i = 0; i < row; ++i)
@@ -89,19 +104,21 @@ void TotalVariationBound::add(const Parameter& parameter, double weight, double 
     below_.resize(row * height_);
     const double scale = weight / double(parameter.entries());
     const float* values = parameter.values.data();
-    const auto pair = [&](std::size_t i, std::size_t other) {
-        const double d = double(values[other]) - double(values[i]);
-        return float(scale / std::sqrt(d * d + epsilon * epsilon));
+    // Of the pairs of `count` texels from entry `from` and from entry `to` on.
+    const auto add = [&](std::size_t from, std::size_t to, std::size_t count, std::vector<double>& square, float* weights) {
+        meanSquares(values + from, values + to, count, channels_, square.data());
+        for (std::size_t i = 0; i < count * channels_; ++i)
+            weights[from + i] += float(scale / std::sqrt(square[i / channels_] + epsilon * epsilon));
     };
     parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t y = begin; y < end; ++y)
-            for (std::size_t x = 0; x < row; ++x) {
-                const std::size_t i = y * row + x;
-                if (x + channels_ < row || wrapU_)
-                    right_[i] += pair(i, y * row + (x + channels_) % row);
-                if (y + 1 < height_ || wrapV_)
-                    below_[i] += pair(i, (y + 1) % height_ * row + x);
-            }
+        std::vector<double> square(width_);
+        for (std::size_t y = begin; y < end; ++y) {
+            add(y * row, y * row + channels_, width_ - 1, square, right_.data());
+            if (wrapU_)
+                add(y * row + row - channels_, y * row, 1, square, right_.data());
+            if (y + 1 < height_ || wrapV_)
+                add(y * row, (y + 1) % height_ * row, width_, square, below_.data());
+        }
     });
 }
 

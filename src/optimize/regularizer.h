@@ -14,7 +14,8 @@ constexpr double kTotalVariationEpsilon = 1e-3;
 constexpr double kPriorEpsilon = 1e-2;
 
 // Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of
-// sqrt(d^2 + eps^2) - eps, divided by the number of entries. Neighbours across an edge count where the texture repeats; an
+// n (sqrt(d^2 + eps^2) - eps), with n channels and d^2 the mean square of their differences, divided by the number of entries. The channels share a root, so
+// that their edges fall together (Blomgren and Chan, Color TV, 1998). Neighbours across an edge count where the texture repeats; an
 // environment wraps around horizontally. 0 for constants.
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon = kTotalVariationEpsilon);
 

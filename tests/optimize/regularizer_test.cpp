@@ -19,19 +19,25 @@ Parameter randomTexture(std::uint32_t width, std::uint32_t height, SlotKind kind
 
 // Sum over all ordered neighbour pairs, written as the definition reads.
 double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV) {
-    const auto value = [&](std::uint32_t x, std::uint32_t y, std::uint32_t c) {
-        return double(parameter.values[(std::size_t(y) * parameter.width + x) * parameter.channels + c]);
-    };
     double sum = 0;
-    const auto add = [&](double d) { sum += std::sqrt(d * d + kTotalVariationEpsilon * kTotalVariationEpsilon) - kTotalVariationEpsilon; };
+    const auto addPair = [&](std::uint32_t x, std::uint32_t y, std::uint32_t u, std::uint32_t v) {
+        double squares = 0;
+        for (std::uint32_t c = 0; c < parameter.channels; ++c) {
+            const auto value = [&](std::uint32_t column, std::uint32_t line) {
+                return double(parameter.values[(std::size_t(line) * parameter.width + column) * parameter.channels + c]);
+            };
+            squares += (value(u, v) - value(x, y)) * (value(u, v) - value(x, y));
+        }
+        const double mean = squares / parameter.channels;
+        sum += parameter.channels * (std::sqrt(mean + kTotalVariationEpsilon * kTotalVariationEpsilon) - kTotalVariationEpsilon);
+    };
     for (std::uint32_t y = 0; y < parameter.height; ++y)
-        for (std::uint32_t x = 0; x < parameter.width; ++x)
-            for (std::uint32_t c = 0; c < parameter.channels; ++c) {
-                if (x + 1 < parameter.width || wrapU)
-                    add(value((x + 1) % parameter.width, y, c) - value(x, y, c));
-                if (y + 1 < parameter.height || wrapV)
-                    add(value(x, (y + 1) % parameter.height, c) - value(x, y, c));
-            }
+        for (std::uint32_t x = 0; x < parameter.width; ++x) {
+            if (x + 1 < parameter.width || wrapU)
+                addPair(x, y, (x + 1) % parameter.width, y);
+            if (y + 1 < parameter.height || wrapV)
+                addPair(x, y, x, (y + 1) % parameter.height);
+        }
     return weight * sum / double(parameter.entries());
 }
 
@@ -58,12 +64,32 @@ TEST(TotalVariation, ValueIsTheSumOverPairs) {
         }
 }
 
+// An edge costs least where all channels have theirs: as much as theirs alone where they are equally high.
+TEST(TotalVariation, EdgesOfChannelsBelongTogether) {
+    Parameter texture = test::makeParameter("m.baseColor", SlotKind::BaseColor, 4, 1, 3, 0.5f);
+    texture.wrapU = Wrap::Clamp;
+    std::vector<double> gradient(texture.entries());
+    const auto cost = [&](std::initializer_list<std::size_t> edges) { // 0.3 up behind texel edges[c], in channel c
+        std::fill(texture.values.begin(), texture.values.end(), 0.5f);
+        std::size_t channel = 0;
+        for (const std::size_t edge : edges) {
+            for (std::size_t x = edge + 1; x < 4; ++x)
+                texture.values[3 * x + channel] += 0.3f;
+            ++channel;
+        }
+        return addTotalVariation(texture, double(texture.entries()), gradient);
+    };
+    EXPECT_NEAR(cost({1, 1, 1}), 3 * 0.3, 3.1e-3);
+    EXPECT_NEAR(cost({0, 1, 2}), 3 * std::sqrt(3.0) * 0.3, 9.1e-3);
+}
+
 TEST(TotalVariation, GradientAgreesWithCentralDifferences) {
     for (const Case& c : kCases) {
         Parameter parameter = randomTexture(4, 37, c.kind); // tall enough for several ranges of rows
         parameter.wrapU = c.u;
         parameter.wrapV = c.v;
-        parameter.values[0] = parameter.values[3] + 0.0005f; // one pair inside the smoothed part
+        for (std::size_t i = 0; i < 3; ++i)
+            parameter.values[i] = parameter.values[3 + i] + 0.0005f; // one pair inside the smoothed part
         std::vector<double> gradient(parameter.entries(), 2.0), unused(parameter.entries());
         addTotalVariation(parameter, 0.7, gradient);
         for (std::size_t i = 0; i < parameter.entries(); ++i) {
