@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# As docs/python.md says it, on a machine that has what scripts/install brings: a new environment, pip install, the example.
+# As docs/python.md says it, on a machine that has what scripts/install --python brings: a new environment, pip install, the example.
 #   tests/python/clean_install.sh SOURCE
 set -euo pipefail
 source=$1
