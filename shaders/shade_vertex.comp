@@ -121,9 +121,10 @@ void shadeEscaped(uint slot, Ray ray) {
     float weight = 0.0;
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     if (kEnvironment && scene.environment.width > 0) {
-        uv = environmentUv(toEnvironment(scene.environment, ray.direction));
+        const vec3 local = toEnvironment(scene.environment, ray.direction);
+        uv = environmentUv(local);
         weight = 1.0;
-        if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, uv));
+        if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, local, uv));
         v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
         if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
     }

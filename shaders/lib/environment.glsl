@@ -5,6 +5,7 @@
 #ifndef CMPG_LIB_ENVIRONMENT
 #define CMPG_LIB_ENVIRONMENT
 #include "lib/math.glsl"
+#include "lib/warp.glsl"
 
 vec2 environmentUv(vec3 d) {
     float u = atan(d.x, -d.z) * (0.5 * kInvPi);
@@ -27,25 +28,32 @@ uvec2 environmentCell(vec2 uv, uint width, uint height) {
     return uvec2(column, min(uint(clamp(uv.y, 0.0, 1.0) * float(height - 1u)), height - 2u));
 }
 
-// Steradians of a cell of this row. 2 sin sin instead of a difference of cosines: no cancellation in thin rows.
-float environmentCellSolidAngle(uint row, uint width, uint height) {
-    float step = kPi / float(height - 1u);
-    float middle = (float(min(row, height - 2u - row)) + 0.5) * step; // both hemispheres are alike
-    return 2.0 * kPi / float(width) * 2.0 * accurateSin(middle) * accurateSin(0.5 * step);
+// The direction at `across` of the map's width, `down` below the upper edge of a row of cells, in rows, and the sine of its polar angle; accurate at both
+// poles.
+vec3 environmentPoint(float across, uint row, float down, uint height, OUT(float) sinTheta) {
+    float above = (float(row) + down) / float(height - 1u), below = (float(height - 1u - row) - down) / float(height - 1u);
+    sinTheta = accurateSin(kPi * clamp(min(above, below), 0.0, 0.5));
+    vec2 on = sinTheta * unitCircle(across);
+    return vec3(on.y, accurateSin(0.5 * kPi * (below - above)), -on.x);
 }
 
-// A direction uniform in the solid angle of the cell.
-vec3 sampleEnvironmentCell(uvec2 cell, uint width, uint height, vec2 u) {
-    float step = kPi / float(height - 1u);
-    float top = 0.5 * step * float(cell.y); // half polar angles
-    float bottom = top + 0.5 * step;
-    // 1 - cos = 2 sin^2 of half the angle: relative accuracy at both poles.
-    float s2 = mix(square(accurateSin(top)), square(accurateSin(bottom)), u.y);
-    float above = 0.5 * step * float(height - 1u - cell.y); // the same from the lower pole
-    float c2 = mix(square(accurateSin(above)), square(accurateSin(above - 0.5 * step)), u.y);
-    float turn = (float(cell.x) + 0.5 + u.x) / float(width);
-    vec2 on = 2.0 * sqrt(s2 * c2) * unitCircle(turn > 1.0 ? turn - 1.0 : turn);
-    return vec3(on.y, c2 - s2, -on.x);
+// What a cell is sampled in proportion to, with a mean of 1: the radiance at its corners, bilinear between them, and a tenth of the mean everywhere, since
+// a dark texel may be differentiated. Corners: left and right above, left and right below.
+vec4 environmentCellCorners(vec4 radiance) {
+    float mean = dot(radiance, vec4(0.25));
+    return mean > 1e-37 ? radiance * (0.9 / mean) + vec4(0.1) : vec4(1);
+}
+
+// A point of the unit square with density in proportion to the corners.
+vec2 sampleEnvironmentCell(vec4 corners, vec2 u) {
+    float y = sampleLinear(u.y, corners.x + corners.y, corners.z + corners.w);
+    return vec2(sampleLinear(u.x, mix(corners.x, corners.z, y), mix(corners.y, corners.w, y)), y);
+}
+
+// Density per steradian of a point of a cell that is selected with this probability.
+float environmentCellDensity(vec4 corners, vec2 inside, float probability, float sinTheta, uint width, uint height) {
+    float density = mix(mix(corners.x, corners.y, inside.x), mix(corners.z, corners.w, inside.x), inside.y);
+    return probability * density * float(width) * float(height - 1u) / (2.0 * kPi * kPi * max(sinTheta, 1e-9));
 }
 
 #endif

@@ -24,19 +24,22 @@ uint searchEnvironmentCdf(uint base, uint count, float u) {
 
 float environmentCdfBefore(uint base, uint i) { return i == 0 ? 0.0 : environmentCdf(base + i - 1); }
 
-// Solid-angle density of the cell (column, row) among environment directions.
-float environmentCellDensity(EnvironmentInfo e, uint column, uint row) {
-    const uint rows = e.height - 1;
-    const float marginal = environmentCdf(row) - environmentCdfBefore(0, row);
-    const uint base = rows + row * e.width;
-    const float conditional = environmentCdf(base + column) - environmentCdfBefore(base, column);
-    return marginal * conditional / environmentCellSolidAngle(row, e.width, e.height);
+// The corners of a cell, as sampling sees them: without offsets.
+vec4 environmentCorners(EnvironmentInfo e, uvec2 cell) {
+    const uint left = e.texels + cell.y * e.width, right = cell.x + 1 < e.width ? cell.x + 1 : 0;
+    const vec3 a = valueTexel(left + cell.x).xyz, b = valueTexel(left + right).xyz;
+    const vec3 c = valueTexel(left + e.width + cell.x).xyz, d = valueTexel(left + e.width + right).xyz;
+    return environmentCellCorners(max(vec4(0), vec4(a.x + a.y + a.z, b.x + b.y + b.z, c.x + c.y + c.z, d.x + d.y + d.z)));
 }
 
-// Density light sampling picks `uv` with, the selection of the environment included.
-float environmentDensity(EnvironmentInfo e, vec2 uv) {
+// Density light sampling picks a direction of the map's own frame with, the selection of the environment included.
+float environmentDensity(EnvironmentInfo e, vec3 local, vec2 uv) {
     const uvec2 cell = environmentCell(uv, e.width, e.height);
-    return e.probability * environmentCellDensity(e, cell.x, cell.y);
+    const float marginal = environmentCdf(cell.y) - environmentCdfBefore(0, cell.y);
+    const uint base = e.height - 1 + cell.y * e.width;
+    const float conditional = environmentCdf(base + cell.x) - environmentCdfBefore(base, cell.x);
+    const vec2 inside = vec2(fract(uv.x * float(e.width) - 0.5), clamp(uv.y * float(e.height - 1) - float(cell.y), 0.0, 1.0));
+    return environmentCellDensity(environmentCorners(e, cell), inside, e.probability * marginal * conditional, length(local.xz), e.width, e.height);
 }
 
 const float kHalfStep = 1.0 / 33554432.0; // of random numbers
@@ -52,8 +55,12 @@ vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) densi
     // All are multiples of 2^-24: half a step more, so that the few numbers that lead to a dim cell spread evenly over it.
     const float fx = clamp(((u.x - c0) + kHalfStep) / max(c1 - c0, 1e-20), 0.0, 1.0);
     const float fy = clamp(((u.y - m0) + kHalfStep) / max(m1 - m0, 1e-20), 0.0, 1.0);
-    const vec3 local = sampleEnvironmentCell(uvec2(column, row), e.width, e.height, vec2(fx, fy));
-    uv = environmentUv(local);
-    density = e.probability * (m1 - m0) * (c1 - c0) / environmentCellSolidAngle(row, e.width, e.height);
+    const vec4 corners = environmentCorners(e, uvec2(column, row));
+    const vec2 inside = sampleEnvironmentCell(corners, vec2(fx, fy));
+    const float across = (float(column) + 0.5 + inside.x) / float(e.width);
+    uv = vec2(across >= 1.0 ? across - 1.0 : across, min((float(row) + inside.y) / float(rows), 1.0));
+    float sinTheta;
+    const vec3 local = environmentPoint(uv.x, row, inside.y, e.height, sinTheta);
+    density = environmentCellDensity(corners, inside, e.probability * (m1 - m0) * (c1 - c0), sinTheta, e.width, e.height);
     return fromEnvironment(e, local);
 }

@@ -25,10 +25,7 @@ float expectedLight(SceneInfo scene, LightRecord light, vec3 position, Surface s
         vec2 uv;
         float density;
         direction = sampleEnvironment(scene.environment, u.yz, uv, density);
-        // Between texel centres the radiance is not what its cell is sampled by. A tenth goes by that all the same: a texel may be dark and
-        // differentiated.
-        const vec3 radiance = environmentRadiance(scene.environment, uv, 0);
-        brought = 0.1 * where.w + (density > 0.0 ? 0.9 * along.w * (radiance.x + radiance.y + radiance.z) / (3.0 * density) : 0.0);
+        brought = where.w; // directions are drawn in proportion to the radiance
     } else if (kPunctualLights && kind == kLightDirectional) {
         direction = -along.xyz;
         brought = where.w;

@@ -17,7 +17,9 @@ double meanIntensity(const PunctualLight& light) { return (double(light.intensit
 
 namespace {
 
-constexpr std::uint32_t kLightCandidates = 8, kEnvironmentCandidates = 4; // a direction of the environment is dearer
+// Candidates of a light sample. An environment alone is sampled so well that a choice among its directions costs more than it brings, and spoils the even
+// spread of Sobol points; beside other lights, where the choice is among lights, its directions are dear.
+constexpr std::uint32_t kLightCandidates = 8, kMixedCandidates = 4;
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 
 struct Analysis {
@@ -105,7 +107,8 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
     a.f.environmentLight = a.f.environment && request.lightSampling;
     const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
     a.f.punctualLights = request.lightSampling && shining > 0;
-    a.f.lightCandidates = a.f.environmentLight ? kEnvironmentCandidates : a.f.triangleLights || shining > 1 ? kLightCandidates : 1;
+    const bool others = a.f.triangleLights || shining > 0;
+    a.f.lightCandidates = a.f.environmentLight && others ? kMixedCandidates : a.f.triangleLights || shining > 1 ? kLightCandidates : 1;
     std::size_t lights = std::size_t(shining) + a.f.environmentLight;
     for (const Triangle& t : scene.geometry.triangles)
         lights += a.matters(scene.materials[t.material].parameters[std::size_t(SlotKind::Emission)]);

@@ -17,8 +17,8 @@ enum class Function {
     MisWeight,            // own, other
     EnvironmentUv,        // direction
     EnvironmentDirection, // uv
-    CellSolidAngle,       // row, width, height
-    CellSample,           // column, row, width, height, u
+    EnvironmentPoint,     // across, row, down, height
+    SampleLinear,         // u, a, b
     CellOf,               // uv, width, height
     SquareFromDirection,  // direction
     DirectionFromSquare,  // point

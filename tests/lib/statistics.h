@@ -29,7 +29,7 @@ inline double chiSquareSignificance(const std::vector<double>& observed, const s
             o = e = 0;
         }
     }
-    if (e > 0 || o > 0) chi2 += (o - e) * (o - e) / std::max(e, 1.0); // the last, smaller pool; counts nowhere are seen too
+    if (e > 0 || o > 0) chi2 += (o - e) * (o - e) / std::max(e, double(1)); // the last, smaller pool; counts nowhere are seen too
     return chiSquareTail(chi2, std::max(terms, 1));
 }
 

@@ -29,8 +29,8 @@ struct Result {
     vec4 environmentWeights;
     vec2 environmentUv;
     uvec2 cell; // of uv
-    vec3 cellSample; // a direction in that cell
-    float cellSolidAngle;
+    vec3 cellPoint; // a direction in that cell
+    float sinTheta; // of it
 };
 
 layout(binding = 0, scalar) readonly buffer Queries { Query queries[]; };
@@ -53,7 +53,7 @@ void main() {
     r.environmentUv = environmentUv(q.direction);
     const vec2 inside = vec2(q.uv.x - floor(q.uv.x), q.uv.y - floor(q.uv.y));
     r.cell = environmentCell(inside, q.width, q.height);
-    r.cellSample = sampleEnvironmentCell(r.cell, q.width, q.height, inside);
-    r.cellSolidAngle = environmentCellSolidAngle(r.cell.y, q.width, q.height);
+    const vec2 point = sampleEnvironmentCell(environmentCellCorners(vec4(inside.x, inside.y, 1.0 - inside.x, 0.0)), inside);
+    r.cellPoint = environmentPoint(point.x, r.cell.y, point.y, q.height, r.sinTheta);
     results[i] = r;
 }

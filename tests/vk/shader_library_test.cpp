@@ -88,8 +88,8 @@ struct LookupResult {
     glm::vec4 environmentWeights;
     glm::vec2 environmentUv;
     glm::uvec2 cell;
-    glm::vec3 cellSample;
-    float cellSolidAngle;
+    glm::vec3 cellPoint;
+    float sinTheta;
 };
 
 class Lookups : public testing::Test {
@@ -194,11 +194,13 @@ TEST_F(Lookups, EnvironmentCells) {
         ASSERT_LT(r.cell.x, q.width);
         ASSERT_LT(r.cell.y, q.height - 1);
         neighbours += r.cell != cell;
-        const double solidAngle = library.environmentCellSolidAngle(r.cell.y, q.width, q.height);
-        ASSERT_NEAR(r.cellSolidAngle, solidAngle, 2e-6 * solidAngle) << i;
-        const glm::dvec3 direction = library.sampleEnvironmentCell(r.cell, q.width, q.height, glm::dvec2(inside));
-        ASSERT_NEAR(r.cellSample.y, direction.y, 1e-6) << i;
-        ASSERT_LE(glm::length(glm::dvec3(r.cellSample) - direction), 5e-4) << i; // the 2^-11 Vulkan allows a sine
+        const glm::dvec4 corners = library.environmentCellCorners({double(inside.x), double(inside.y), 1 - double(inside.x), 0});
+        const glm::dvec2 point = library.sampleEnvironmentCell(corners, glm::dvec2(inside));
+        double sinTheta;
+        const glm::dvec3 direction = library.environmentPoint(point.x, r.cell.y, point.y, q.height, sinTheta);
+        ASSERT_NEAR(r.sinTheta, sinTheta, 2e-6) << i;
+        ASSERT_NEAR(r.cellPoint.y, direction.y, 2e-6) << i;
+        ASSERT_LE(glm::length(glm::dvec3(r.cellPoint) - direction), 5e-4) << i; // the 2^-11 Vulkan allows a sine
     }
     EXPECT_LE(neighbours, kCount / 2000); // within rounding of a cell's edge
 }
