@@ -47,8 +47,8 @@ Probe probe(Device& device, CompareSubject& subject, const Options& base) {
     const SamplingDecision decision = renderer.decision();
     found.use.steps = subject.steps;
     found.use.reverse = mode == CompareMode::Reverse;
-    found.use.roulette = decision.roulette && found.use.reverse;
-    found.use.guide = decision.kind != Sampling::Bsdf || found.use.roulette;
+    found.use.roulette = decision.method.roulette && found.use.reverse;
+    found.use.guide = decision.method.kind != Sampling::Bsdf || found.use.roulette;
     return found;
 }
 

@@ -187,9 +187,9 @@ Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
 std::string describeDecision(const CompareMethod& method, const SamplingDecision& decision) {
     std::string text;
     if (method.options.sampling == Sampling::Auto)
-        text = samplingName(decision.kind);
+        text = samplingName(decision.method.kind);
     if (method.options.roulette)
-        text += std::string(text.empty() ? "" : ", ") + (decision.roulette ? "roulette" : "no roulette");
+        text += std::string(text.empty() ? "" : ", ") + (decision.method.roulette ? "roulette" : "no roulette");
     return text;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/png_canvas.h"
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 // What a guide holds, in numbers.
 #pragma once
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
 #include <string>
 

@@ -37,7 +37,7 @@ GuidedOptions guidedOptions(const Options& options) {
             .pixels = options.pixelSampling.value_or(PixelSampling::Adjoint),
             .positivize = options.positivize,
             .roulette = options.roulette,
-            .atOnce = !options.saveGuide.empty()};
+            .immediate = !options.saveGuide.empty()};
 }
 
 GuidedOptions sessionOptions(const Options& options) {
@@ -68,10 +68,10 @@ void GuidedSession::load() {
     if (options.loadGuide.empty() || !usesGuide(options))
         return;
     LoadedGuide guide = loadGuide(options.loadGuide);
-    if (guide.record.geometry != geometryHash(session.scene))
+    if (guide.context.geometry != geometryHash(session.scene))
         throw Error(ErrorKind::Input, "'" + options.loadGuide + "' was learned in another scene", "the scene's triangles are not those of the guide",
                     "use the scene it was saved with, or learn a new one with --train and --save-guide");
-    std::vector<std::string> names = guide.record.parameters;
+    std::vector<std::string> names = guide.context.parameters;
     std::sort(names.begin(), names.end());
     if (options.command != Command::Render && names != parameterNames(session)) // an image needs no derivatives
         throw Error(ErrorKind::Input, "'" + options.loadGuide + "' was learned for other parameters",
@@ -88,24 +88,24 @@ void GuidedSession::train(const std::function<void(std::uint32_t)>& run) {
 void GuidedSession::finish() {
     report_.seconds.guide += passes_.trainSeconds();
     const SamplingDecision decision = options_.command == Command::Render ? passes_.imageDecision() : passes_.decision();
-    report_.extra["sampling"] = {{"kind", samplingName(decision.kind)},
-                                 {"roulette", decision.roulette},
+    report_.extra["sampling"] = {{"kind", samplingName(decision.method.kind)},
+                                 {"roulette", decision.method.roulette},
                                  {"figures", figuresOf(decision.figures)},
                                  {"roulette_figures", figuresOf(decision.rouletteFigures)}};
     if (!usesGuide(options_))
         return;
     if (!options_.quiet) {
-        textOut(options_) << "  drawn by          " << samplingName(decision.kind) << (decision.roulette ? ", roulette and splitting" : "") << '\n';
+        textOut(options_) << "  drawn by          " << samplingName(decision.method.kind) << (decision.method.roulette ? ", roulette and splitting" : "") << '\n';
         for (const auto& [figures, with] : {std::pair(&decision.figures, ""), std::pair(&decision.rouletteFigures, " + roulette")})
             for (const auto& [kind, f] : *figures)
                 textOut(options_) << "    " << samplingName(kind) << with << ": variance " << f.variance << ", " << f.rays << " rays a path\n";
     }
     if (options_.saveGuide.empty())
         return;
-    GuideRecord record = passes_.guideRecord();
-    record.geometry = geometryHash(session_.scene);
-    record.parameters = parameterNames(session_);
-    saveGuide(options_.saveGuide, session_.renderer().guide(), record);
+    GuideContext context = passes_.guideContext();
+    context.geometry = geometryHash(session_.scene);
+    context.parameters = parameterNames(session_);
+    saveGuide(options_.saveGuide, session_.renderer().guide(), context);
     report_.outputs.emplace_back("guide", options_.saveGuide);
 }
 

@@ -205,7 +205,7 @@ void LiveWork::ensurePasses() {
     guided.sampling = settings_.sampling;
     auto passes = std::make_unique<GuidedPasses>(*renderer_, guided);
     if (passes_ && guide())
-        passes->load({renderer_->guide(), passes_->guideRecord()});
+        passes->load({renderer_->guide(), passes_->guideContext()});
     dropOptimization(true);
     passes_ = std::move(passes);
     passesSampling_ = settings_.sampling;
@@ -353,8 +353,8 @@ void LiveWork::updateGuideFigures() {
     state_.guideCells = guide() ? std::uint32_t(guide()->cells().size()) : 0;
     state_.guidePasses = guide() ? guide()->updates() : 0;
     const SamplingDecision d = decision();
-    state_.sampling = d.kind;
-    state_.roulette = d.roulette;
+    state_.sampling = d.method.kind;
+    state_.roulette = d.method.roulette;
     std::uint64_t drawn = 0, guided = 0;
     if (renderer_)
         for (const GuidedDepth& depth : renderer_->statistics().guided) {

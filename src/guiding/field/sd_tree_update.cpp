@@ -1,8 +1,8 @@
 // How the guide's tree follows new records: forget, add, split or join cells, refine quadtrees.
 #include "base/error.h"
 #include "base/parallel.h"
-#include "guiding/quadtree.h"
-#include "guiding/sd_tree.h"
+#include "guiding/field/quadtree.h"
+#include "guiding/field/sd_tree.h"
 
 #include <algorithm>
 #include <deque>

@@ -1,4 +1,4 @@
-// The variance of a way of sampling, from how the results of its passes differ.
+// The variance of a method of sampling, from how the results of its passes differ.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,9 @@ class PassDifferences {
     std::optional<double> variance_;
 };
 
-// How many times the variance of one way is that of another: the worse of two estimates, `moments`, the ratio of their paths' moments, and that of
-// differences, where both ways have one. Only differences see what Sobol points gain, and a few bright paths in the passes of the other way
+// How many times the variance of one method is that of another: the worse of two estimates, `moments`, the ratio of their paths' moments, and that of
+// differences, where both methods have one. Only differences see what Sobol points gain, and a few bright paths in the passes of the other method
 // make the one look good in them; moments have more to go by.
-double worseVarianceRatio(double moments, const PassDifferences& way, const PassDifferences& other);
+double worseVarianceRatio(double moments, const PassDifferences& method, const PassDifferences& other);
 
 } // namespace cmpg

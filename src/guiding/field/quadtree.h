@@ -1,7 +1,7 @@
 // Quadtrees over directions: made, summed, and fitted to where their mass lies. Children follow their parents in every list of nodes.
 #pragma once
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
 namespace cmpg {
 

@@ -1,7 +1,7 @@
 // The guide's tree at rest: made, looked up, checked.
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
-#include "guiding/quadtree.h"
+#include "guiding/field/quadtree.h"
 #include "shared/guide.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Masses to fractions, children to a word.
-#include "guiding/quadtree_texels.h"
+#include "guiding/field/quadtree_texels.h"
 
 #include "shared/guide.h"
 

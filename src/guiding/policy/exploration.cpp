@@ -1,5 +1,5 @@
-// When an optimisation looks for better ways of sampling than the plain one, and what it may spend on that.
-#include "guiding/exploration.h"
+// When an optimisation looks for better methods of sampling than the plain one, and what it may spend on that.
+#include "guiding/policy/exploration.h"
 
 #include <algorithm>
 #include <cmath>

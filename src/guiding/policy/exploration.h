@@ -1,19 +1,19 @@
-// When an optimisation looks for better ways of sampling than the plain one, and what it may spend on that.
+// When an optimisation looks for better methods of sampling than the plain one, and what it may spend on that.
 #pragma once
 
 #include <cstdint>
 
 namespace cmpg {
 
-// Where the gradients of plain passes are precise already, no other way can gain much, and none is tried. Where their noise exceeds them in
-// the first steps, all ways are tried at once. In between, and later, a share of all rays may go into trials. No clock takes part, so equal
+// Where the gradients of plain passes are precise already, no other method can gain much, and none is tried. Where their noise exceeds them in
+// the first steps, all methods are tried at once. In between, and later, a share of all rays may go into trials. No clock takes part, so equal
 // runs decide alike.
 class Exploration {
   public:
     struct State {
         double noise = 0;          // of plain passes, see observeNoise(), later ones counting more
         std::uint32_t watched = 0; // how many of them there were
-        bool urgent = false;       // ways are tried whatever that costs
+        bool urgent = false;       // methods are tried whatever that costs
         double spent = 0, trials = 0; // rays: of all passes, kernels included; of these, what plain passes would not have cost
     };
 

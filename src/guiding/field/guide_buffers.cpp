@@ -1,8 +1,8 @@
 // Publishing, reading back, and the blocks of nodes that make both cheap.
-#include "guiding/guide_buffers.h"
+#include "guiding/field/guide_buffers.h"
 
 #include "base/parallel.h"
-#include "guiding/quadtree_texels.h"
+#include "guiding/field/quadtree_texels.h"
 #include "shared/bindings.h"
 
 #include <algorithm>

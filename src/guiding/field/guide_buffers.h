@@ -1,7 +1,7 @@
 // The guide in device memory: published means that kernels read, and integer sums that they add records to.
 #pragma once
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 #include "shared/guide.h"
 #include "vk/device.h"
 

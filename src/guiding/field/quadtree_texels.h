@@ -1,7 +1,7 @@
 // Quadtree nodes as kernels read them.
 #pragma once
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
 namespace cmpg {
 

@@ -1,5 +1,5 @@
 // Quadtrees over directions: made, summed, and fitted to where their mass lies.
-#include "guiding/quadtree.h"
+#include "guiding/field/quadtree.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// The variance of a way of sampling, from how the results of its passes differ.
-#include "guiding/pass_differences.h"
+// The variance of a method of sampling, from how the results of its passes differ.
+#include "guiding/policy/pass_differences.h"
 
 #include <algorithm>
 
@@ -29,8 +29,8 @@ void PassDifferences::add(std::span<const double> result) {
     last_.assign(result.begin(), result.end());
 }
 
-double worseVarianceRatio(double moments, const PassDifferences& way, const PassDifferences& other) {
-    const std::optional<double> mine = way.variance(), theirs = other.variance();
+double worseVarianceRatio(double moments, const PassDifferences& method, const PassDifferences& other) {
+    const std::optional<double> mine = method.variance(), theirs = other.variance();
     return mine && theirs && *theirs > 0 ? std::max(moments, *mine / *theirs) : moments;
 }
 
