@@ -1,10 +1,10 @@
 // guide: what a saved guide holds, whether it holds together, and what one of its cells looks like.
 #include "app/commands.h"
-#include "app/exit_status.h"
-#include "app/guide_maps.h"
-#include "app/guide_statistics.h"
-#include "app/output.h"
 #include "guiding/guide_file.h"
+#include "imaging/guide_maps.h"
+#include "lab/guide_statistics.h"
+#include "session/exit_status.h"
+#include "session/output.h"
 
 #include <cmath>
 #include <ostream>

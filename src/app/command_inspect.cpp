@@ -1,7 +1,7 @@
 // inspect: what a scene holds, what can be differentiated, what a run on it would need.
 #include "app/commands.h"
-#include "app/session.h"
 #include "base/log.h"
+#include "session/session.h"
 
 #include <array>
 #include <cmath>

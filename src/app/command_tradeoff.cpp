@@ -1,11 +1,11 @@
 // tradeoff: which options trade speed for accuracy on a scene, which of them are on the frontier, and what each costs when left out.
 #include "app/commands.h"
-#include "app/compare_report.h"
-#include "app/error_plot.h"
-#include "app/output.h"
 #include "app/status_line.h"
-#include "app/tradeoff_report.h"
 #include "base/log.h"
+#include "lab/compare_report.h"
+#include "lab/error_plot.h"
+#include "lab/tradeoff_report.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <iostream>

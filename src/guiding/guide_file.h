@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/byte_stream.h"
-#include "guiding/policy/sampling_choice.h"
 #include "guiding/field/sd_tree.h"
+#include "guiding/policy/sampling_choice.h"
 
 #include <filesystem>
 #include <map>

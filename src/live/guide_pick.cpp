@@ -1,9 +1,9 @@
 // What the guide knows at a point of a picture, and where its cells lie in it.
 #include "live/guide_pick.h"
 
-#include "app/guide_maps.h"
 #include "base/parallel.h"
 #include "guiding/guide_mixture.h"
+#include "imaging/guide_maps.h"
 #include "live/camera_ray.h"
 
 namespace cmpg {

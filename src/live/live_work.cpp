@@ -1,8 +1,8 @@
 // What a session does with a scene: settings, the renderer they need, films that refine.
 #include "live/live_work.h"
 
-#include "app/guided_session.h"
 #include "live/guide_pick.h"
+#include "session/guided_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -189,7 +189,7 @@ void LiveWork::ensureRenderer() {
     hooks_.busyWith("preparing the scene");
     RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
     config.guiding = true;
-    config.differences = options_.sppDifference > 0 && !settings_.parameters.empty();
+    config.differences = options_.recovery.sppDifference > 0 && !settings_.parameters.empty();
     renderer_ = std::make_unique<Renderer>(device_, scene_.scene, config);
     renderer_->setInteraction({.submissionSeconds = kSubmissionSeconds,
                                .beforeSubmission = hooks_.betweenSubmissions,

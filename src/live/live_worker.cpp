@@ -1,10 +1,10 @@
 // The thread of a session: takes requests, does one piece of work, publishes, and so on.
 #include "live/live_worker.h"
 
-#include "app/explain.h"
-#include "app/output.h"
 #include "live/guide_pick.h"
 #include "live/save_picture.h"
+#include "session/explain.h"
+#include "session/output.h"
 
 #include <new>
 

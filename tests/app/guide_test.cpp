@@ -1,7 +1,7 @@
 // The guide command: its figures against sums made here, its pictures, its exit codes.
 #include "app/commands.h"
-#include "app/guide_maps.h"
-#include "app/guide_statistics.h"
+#include "imaging/guide_maps.h"
+#include "lab/guide_statistics.h"
 #include "command_line.h"
 #include "guiding/guide_file.h"
 #include "guiding/samples.h"

@@ -1,7 +1,7 @@
 // Signed colours, the canvas, and what `view` writes.
-#include "app/bitmap_font.h"
+#include "imaging/bitmap_font.h"
 #include "app/commands.h"
-#include "app/signed_colors.h"
+#include "imaging/signed_colors.h"
 #include "command_line.h"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 // Images and gradient images of a session are those of the headless commands; settings may change at any time.
 #include "live_fixture.h"
 
-#include "app/parameter_values.h"
-#include "app/session.h"
 #include "render/guided_passes.h"
+#include "session/parameter_values.h"
+#include "session/session.h"
 
 namespace cmpg::test {
 namespace {
