@@ -1,6 +1,8 @@
 // The command line: where options may stand, what they mean, what is refused, and the way through run.json and back.
 #include "command_line.h"
 
+#include "app/parse_options.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

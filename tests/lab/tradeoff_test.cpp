@@ -1,7 +1,7 @@
 // Knobs, frontiers and reports of a trade-off measurement, and the command on a small image of the box.
 #include "lab/tradeoff_report.h"
 #include "base/error.h"
-#include "command_line.h"
+#include "app/command_line.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
