@@ -1,7 +1,6 @@
 // One picture that tells how an optimisation went: its views, its parameters at start and end, and the loss.
 #include "imaging/contact_sheet.h"
 
-#include "imaging/bitmap_font.h"
 #include "imaging/exposure.h"
 #include "imaging/loss_curve.h"
 #include "imaging/signed_colors.h"
@@ -32,8 +31,10 @@ Image shown(const Image& image, float factor, float offset = 0) {
 }
 
 // As many characters as fit the width of a panel.
-std::string fitted(const std::string& text) {
-    return text.substr(0, kPanel / kGlyphAdvance);
+std::string fitted(std::string text) {
+    while (Canvas::textWidth(text) > kPanel)
+        text.pop_back();
+    return text;
 }
 
 void drawPicture(Canvas& canvas, int x, int y, const std::string& caption, const Image& picture) {

@@ -1,4 +1,4 @@
-// A picture to draw into: images, text, lines.
+// A picture to draw into: images, text, lines. Text and lines are drawn by Cairo, smooth.
 #pragma once
 
 #include "scene/image.h"
@@ -24,7 +24,7 @@ class Canvas {
     void set(int x, int y, Color color);
     void rectangle(int x, int y, int width, int height, Color color);
     void line(double x0, double y0, double x1, double y1, Color color, int thickness = 1);
-    // Top left corner of the text; `zoom` pixels per font pixel.
+    // Top left corner of the capitals, which are 7 `zoom` pixels high. UTF-8.
     void text(int x, int y, std::string_view text, Color color = kBlack, int zoom = 1);
     // `image` has 3 channels. Its pixels become blocks, or are averaged, to fit into width x height with their aspect kept: at its
     // top, centred across.
@@ -34,6 +34,9 @@ class Canvas {
     static int textHeight(int zoom = 1);
 
   private:
+    // Mixes the colour in by how much of each pixel draw(context) covers; within a box.
+    template <class Draw> void blend(int x, int y, int width, int height, Color color, Draw&& draw);
+
     Image image_;
 };
 

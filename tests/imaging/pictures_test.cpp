@@ -100,7 +100,7 @@ TEST(LossCurve, DrawsTheErrorAsABand) {
     Canvas with(256, 256), without(256, 256);
     drawLossCurve(with, 0, 0, 256, 256, loss, error);
     drawLossCurve(without, 0, 0, 256, 256, loss);
-    EXPECT_EQ(pale(without), 0);
+    EXPECT_LE(pale(without), 2 * 199); // smooth edges of the curve
     // 0.4 of an axis from 0 to 1.05, over 199 columns of 226 rows, less 0.0375 that is above the axis and a curve three pixels wide.
     EXPECT_NEAR(pale(with), (0.4 - 0.0375) / 1.05 * 226 * 199 - 3 * 199, 500);
     for (const double odd : {std::nan(""), HUGE_VAL, -1.0, 1e300}) {
