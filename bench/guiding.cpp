@@ -21,6 +21,7 @@ struct Subject {
     Renderer renderer;
     View view;
     Image adjoint;
+    PassResult last;
 
     Subject(const std::string& file, const std::string& parameter, int size, const SdTreeConfig& tree)
         : scene(loadGltf(file)), renderer(device, scene, config(parameter, tree)), view{&scene.cameras.front(), size, size},
@@ -35,17 +36,15 @@ struct Subject {
         c.guideMemory = std::uint64_t(256) << 20;
         return c;
     }
-    double reverse(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
-        renderer.setSampling(sampling);
+    double reverse(const PassPlan& plan, std::uint32_t spp, std::uint32_t step) {
         std::vector<std::vector<double>> gradients;
         const Stopwatch watch;
-        renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients);
+        last = renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients, plan);
         return watch.seconds();
     }
-    double render(const PassSampling& sampling, std::uint32_t spp, std::uint32_t step) {
-        renderer.setSampling(sampling);
+    double render(const PassPlan& plan, std::uint32_t spp, std::uint32_t step) {
         const Stopwatch watch;
-        renderer.render(view, spp, {1, step, 0});
+        renderer.render(view, spp, {1, step, 0}, plan);
         return watch.seconds();
     }
 };
@@ -54,16 +53,16 @@ void passes(const char* name, const std::string& file, const std::string& parame
     constexpr int kSize = 256, kRepeats = 7, kTrain = 8;
     Subject s(file, parameter, kSize, {});
     for (std::uint32_t i = 0; i < kTrain; ++i) {
-        s.reverse({.kind = Sampling::Conditional, .record = true}, kSpp, i);
+        s.reverse({.method = {Sampling::Conditional}, .record = true}, kSpp, i);
         s.renderer.updateGuide();
     }
-    const PassSampling ways[] = {{}, {.kind = Sampling::Conditional}, {.kind = Sampling::Conditional, .record = true}};
+    const PassPlan plans[] = {{}, {.method = {Sampling::Conditional}}, {.method = {Sampling::Conditional}, .record = true}};
     std::vector<double> times[3];
     double rays[3] = {};
     for (std::uint32_t i = 0; i <= kRepeats; ++i)
         for (int w = 0; w < 3; ++w) {
-            const double t = s.reverse(ways[w], kSpp, 100 + i);
-            rays[w] = double(s.renderer.lastPass().rays) / double(s.renderer.lastPass().paths);
+            const double t = s.reverse(plans[w], kSpp, 100 + i);
+            rays[w] = double(s.last.rays) / double(s.last.paths);
             if (i > 0) // the first compiles
                 times[w].push_back(t);
         }
@@ -78,10 +77,10 @@ void rebuild(const char* name, const std::string& file, int size, std::uint32_t 
     tree.cellRecords = cellRecords;
     tree.maxNodes = std::uint64_t(1) << 24;
     Subject s(file, "painting.baseColor", size, tree);
-    const PassSampling sampling{.kind = Sampling::Conditional, .record = true};
+    const PassPlan plan{.method = {Sampling::Conditional}, .record = true};
     double wall = 0, host = 0;
     for (std::uint32_t i = 0; i <= before; ++i) {
-        const double primal = s.render(sampling, i == before ? 16 : 2, i), derivative = s.reverse(sampling, i == before ? 4 : 2, i);
+        const double primal = s.render(plan, i == before ? 16 : 2, i), derivative = s.reverse(plan, i == before ? 4 : 2, i);
         const Stopwatch watch;
         s.renderer.updateGuide();
         host = watch.seconds();

@@ -22,5 +22,5 @@ int main(int argc, char** argv) try {
     return 0;
 } catch (const cmpg::Error& e) {
     std::fprintf(stderr, "%s\n%s\n%s\n", e.what(), e.cause.c_str(), e.remedy.c_str());
-    return int(e.code);
+    return 1;
 }

@@ -1,18 +1,16 @@
-// The guide: the cell a point lies in, and the mixture of its distributions by which directions are drawn (Fan et al. 2024).
+// The guide: the cell a point lies in, and directions drawn from the mixture of its distributions (Fan et al. 2024).
 //
 // The includer defines how the published tree is read:
 //     uint guideSpatialNode(uint node)                    kSpatialLeaf | cell, or the first of two children
 //     uvec4 guideNode(uint node)                          see shared/guide.h
 #ifndef CMPG_LIB_GUIDE
 #define CMPG_LIB_GUIDE
+#include "lib/guide_mixture.glsl"
 #include "lib/math.glsl"
 #include "shared/guide.h"
 
-// Below this a cell's score counts as nothing known: a cell's means are published with a typical size of 1.
-const float kMinGuideScore = 1e-20;
 const float kBelowOne = 0.99999994;
 const float kPointStep = 5.9604645e-8; // 2^-24, to which points of the square are exact
-const float kPositivizedShare = 0.95; // of the wanted sign; the rest defends against a wrongly learned one
 
 // Equal-area map of the sphere to the unit square: azimuth / 2 pi, (1 + z) / 2.
 vec2 squareFromDirection(vec3 d) {
@@ -40,57 +38,11 @@ uint guideCellAt(vec3 t) {
     return node & ~kSpatialLeaf;
 }
 
-// What each of P, D+, D- counts in the mixture. `total`: their means in the cell; lightWeight = mean_rgb of the bound on the
-// derivative of the throughput, derivativeWeight = mean_rgb of the throughput; sign: see GuideInfo.
-vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeight, int sign) {
-    float derivative = total.y + total.z;
-    // Weights of D+ and D- whose sum over the masses is that of (1, 1). A part next to nothing counts as none: its weight would overflow.
-    vec2 split = vec2(1.0, 1.0);
-    if (sign != 0 && min(total.y, total.z) > 1e-12 * derivative) {
-        float plus = sign > 0 ? kPositivizedShare : 1.0 - kPositivizedShare;
-        split = vec2(derivative * plus / total.y, derivative * (1.0 - plus) / total.z);
-    }
-    if (kind == kGuidePrimal) return vec3(1.0, 0.0, 0.0);
-    if (kind == kGuideDifferential) return vec3(0.0, split.x, split.y);
-    if (kind == kGuideUniform) {
-        float p = total.x > 0.0 ? 1.0 / total.x : 0.0;
-        float d = derivative > 0.0 ? 1.0 / derivative : 0.0;
-        return vec3(p, d * split.x, d * split.y);
-    }
-    if (kind == kGuideConditional) {
-        float larger = max(lightWeight, derivativeWeight); // products with the masses cannot overflow
-        if (!(larger > 0.0)) return vec3(0.0);
-        return vec3(lightWeight / larger, split.x * (derivativeWeight / larger), split.y * (derivativeWeight / larger));
-    }
-    return vec3(0.0);
-}
-
-// The conditional mixture with a quarter of P at least, where P knows something. What derivatives brought back is learned from few
-// records, most of them zero; where it alone decides, as at a camera's vertex, light finds the directions it missed.
-vec3 guideDefended(vec3 weights, vec3 total) {
-    float derivative = weights.y * total.y + weights.z * total.z;
-    float least = total.x > 0.0 ? derivative / (float(kDefensiveParts - 1u) * total.x) : 0.0;
-    return vec3(max(weights.x, least), weights.y, weights.z);
-}
-
 struct GuideWalk {
     vec2 point;    // of the unit square
     float density; // per steradian; 0 where the mixture has no mass
     uint leaf;     // quadrant the walk ended in
 };
-
-// What P, D+, D- have of the mixture, with the sum 1; all 0 where nothing is known.
-vec3 guideParts(vec3 weights, vec3 total) {
-    vec3 scores = weights * total;
-    float score = scores.x + scores.y + scores.z;
-    return score > kMinGuideScore ? scores / score : vec3(0.0);
-}
-
-// Which of the parts of a mixture, with the sum 1, a draw is from; u in [0,1).
-uint guidePart(vec3 parts, float u) {
-    if (u < parts.x || parts.y + parts.z <= 0.0) return 0u;
-    return u - parts.x < parts.y || parts.z <= 0.0 ? 1u : 2u;
-}
 
 // Child of a node in a quadrant; 0: none.
 uint guideChild(uvec4 node, uint quadrant) {

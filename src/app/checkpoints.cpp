@@ -9,8 +9,8 @@
 namespace cmpg {
 
 Checkpoints::Checkpoints(const Options& options, Checkpoint::Identity identity, std::string madeWith, EventLog& log)
-    : folder_(options.output), resumed_(options.resume), interval_(checkpointInterval(options)), steps_(options.steps),
-      stopAfter_(options.stopAfter.value_or(options.steps)), identity_(std::move(identity)), config_(toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)),
+    : folder_(options.output), resumed_(options.resume), interval_(checkpointInterval(options)), steps_(options.recovery.steps),
+      stopAfter_(options.stopAfter.value_or(options.recovery.steps)), identity_(std::move(identity)), config_(toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)),
       madeWith_(std::move(madeWith)), log_(log) {}
 
 std::optional<Checkpoint> Checkpoints::find() const {

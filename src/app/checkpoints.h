@@ -1,10 +1,10 @@
 // When a run keeps a checkpoint, and where it goes on from one.
 #pragma once
 
-#include "app/optimize_options.h"
 #include "base/stopwatch.h"
 #include "optimize/checkpoint.h"
 #include "optimize/event_log.h"
+#include "session/optimize_options.h"
 
 namespace cmpg {
 

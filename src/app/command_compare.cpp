@@ -1,14 +1,14 @@
 // compare: ways of sampling side by side, for derivative images, gradients and whole optimisations; a report in a folder.
 #include "app/commands.h"
-#include "app/compare_pictures.h"
-#include "app/compare_report.h"
-#include "app/error_plot.h"
-#include "app/interrupt.h"
-#include "app/optimize_options.h"
-#include "app/output.h"
 #include "app/status_line.h"
 #include "base/log.h"
+#include "lab/compare_pictures.h"
+#include "lab/compare_report.h"
+#include "lab/error_plot.h"
 #include "optimize/run_folder.h"
+#include "session/interrupt.h"
+#include "session/optimize_options.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <cmath>

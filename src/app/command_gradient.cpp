@@ -1,15 +1,15 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
-#include "app/batched_passes.h"
 #include "app/commands.h"
 #include "app/display.h"
-#include "app/gradient_check.h"
-#include "app/guided_session.h"
-#include "app/layers_file.h"
-#include "app/output.h"
-#include "app/parameter_values.h"
-#include "app/session.h"
-#include "app/targets.h"
+#include "imaging/layers_file.h"
+#include "lab/batched_passes.h"
+#include "lab/gradient_check.h"
 #include "optimize/run_folder.h"
+#include "session/guided_session.h"
+#include "session/output.h"
+#include "session/parameter_values.h"
+#include "session/session.h"
+#include "session/targets.h"
 
 #include <algorithm>
 

@@ -1,10 +1,10 @@
 // guide: what a saved guide holds, whether it holds together, and what one of its cells looks like.
 #include "app/commands.h"
-#include "app/exit_status.h"
-#include "app/guide_maps.h"
-#include "app/guide_statistics.h"
-#include "app/output.h"
 #include "guiding/guide_file.h"
+#include "imaging/guide_maps.h"
+#include "lab/guide_statistics.h"
+#include "session/exit_status.h"
+#include "session/output.h"
 
 #include <cmath>
 #include <ostream>
@@ -58,15 +58,15 @@ void printFigures(std::ostream& out, const GuideFigures& f, const SdTree& tree) 
     printLine(out, "cells that know no light: %.2f %%, no derivatives: %.2f %%", 100 * f.withoutRecords, 100 * f.withoutDerivative);
 }
 
-void printRecord(std::ostream& out, const GuideRecord& record) {
-    printLine(out, "geometry:    %016llx", static_cast<unsigned long long>(record.geometry));
-    for (const std::string& name : record.parameters)
+void printContext(std::ostream& out, const GuideContext& context) {
+    printLine(out, "geometry:    %016llx", static_cast<unsigned long long>(context.geometry));
+    for (const std::string& name : context.parameters)
         out << "parameter:   " << name << '\n';
-    if (record.figures.empty() && record.rouletteFigures.empty())
+    if (context.figures.empty() && context.rouletteFigures.empty())
         return;
     out << "measured:    variance, rays per path, passes\n";
     for (const bool roulette : {false, true})
-        for (const auto& [kind, f] : roulette ? record.rouletteFigures : record.figures)
+        for (const auto& [kind, f] : roulette ? context.rouletteFigures : context.figures)
             for (const auto& name : kSamplings)
                 if (name.value == kind)
                     printLine(out, "  %-13s%-10s%12.5g %8.3f %6u", name.name, roulette ? "roulette" : "", f.variance, f.rays, f.passes);
@@ -83,7 +83,7 @@ nlohmann::ordered_json figuresJson(const std::map<Sampling, SamplingFigures>& fi
 
 nlohmann::ordered_json toJson(const GuideFigures& f, const LoadedGuide& guide) {
     char hash[24];
-    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(guide.record.geometry));
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(guide.context.geometry));
     return {{"cells", f.cells},
             {"nodes", f.nodes},
             {"max_nodes", guide.tree.config().maxNodes},
@@ -96,10 +96,10 @@ nlohmann::ordered_json toJson(const GuideFigures& f, const LoadedGuide& guide) {
             {"share_without_derivative", f.withoutDerivative},
             {"most_records", f.mostRecords},
             {"geometry", hash},
-            {"parameters", guide.record.parameters},
-            {"figures", figuresJson(guide.record.figures)},
-            {"roulette_figures", figuresJson(guide.record.rouletteFigures)},
-            {"reference", guide.record.reference}};
+            {"parameters", guide.context.parameters},
+            {"figures", figuresJson(guide.context.figures)},
+            {"roulette_figures", figuresJson(guide.context.rouletteFigures)},
+            {"reference", guide.context.reference}};
 }
 
 } // namespace
@@ -122,7 +122,7 @@ ExitStatus runGuide(const Options& options, Report& report) {
         out << cellTable(cells);
     } else {
         printFigures(out, figures, guide.tree);
-        printRecord(out, guide.record);
+        printContext(out, guide.context);
     }
     if (!options.output.empty()) {
         const fs::path file = fs::path(options.output) / ("cell" + std::to_string(chosen) + ".png");

@@ -1,7 +1,7 @@
 // inspect: what a scene holds, what can be differentiated, what a run on it would need.
 #include "app/commands.h"
-#include "app/session.h"
 #include "base/log.h"
+#include "session/session.h"
 
 #include <array>
 #include <cmath>
@@ -90,12 +90,13 @@ Parts partsOf(const Options& options, Session& session, bool allFeatures) {
     RenderConfig config = renderConfig(options, session.scene, session.parameters);
     config.allFeatures |= allFeatures;
     Renderer renderer(session.device(), session.scene, config);
+    PassPlan plan;
     if (config.guiding)
-        renderer.setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true});
+        plan = {.method = {Sampling::Conditional, true}, .record = true};
     Parts parts;
     parts.features = renderer.describeFeatures();
-    parts.kernels = session.parameters.empty() ? renderer.allocate({Renderer::Mode::Render})
-                                               : renderer.allocate({Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse});
+    parts.kernels = session.parameters.empty() ? renderer.allocate({Renderer::Mode::Render}, plan)
+                                               : renderer.allocate({Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse}, plan);
     parts.buffers = session.device().memory().buffers;
     return parts;
 }

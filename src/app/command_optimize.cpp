@@ -1,24 +1,24 @@
 // optimize: recover parameters from target images; the options become a configuration, the results a folder.
-#include "app/batched_model.h"
 #include "app/checkpoints.h"
 #include "app/commands.h"
-#include "app/contact_sheet.h"
 #include "app/display.h"
-#include "app/explain.h"
-#include "app/guided_session.h"
-#include "app/interrupt.h"
-#include "app/loss_curve.h"
-#include "app/optimize_options.h"
-#include "app/output.h"
 #include "app/run_identity.h"
-#include "app/session.h"
-#include "app/targets.h"
 #include "base/log.h"
+#include "imaging/contact_sheet.h"
+#include "imaging/loss_curve.h"
+#include "lab/batched_model.h"
 #include "optimize/gradient_watch.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
 #include "optimize/recovery_run.h"
 #include "optimize/run_folder.h"
+#include "session/explain.h"
+#include "session/guided_session.h"
+#include "session/interrupt.h"
+#include "session/optimize_options.h"
+#include "session/output.h"
+#include "session/session.h"
+#include "session/targets.h"
 
 #include <algorithm>
 #include <iostream>
@@ -220,15 +220,15 @@ ExitStatus runOptimize(const Options& options, Report& report) {
             addStep(report, step);
     }
     recovery->prepareStep();
-    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.steps)}, {"seconds", report.elapsed()}});
+    log.info(start ? "resumed" : "started", options.input, {{"steps", double(options.recovery.steps)}, {"seconds", report.elapsed()}});
     std::vector<std::string> failures; // to write
     folder.tolerate([&](const Error& error) {
         failures.push_back(error.what());
         log.warn("write_failed", std::string(error.what()) + (error.cause.empty() ? "" : ": " + error.cause) + ". The run goes on in memory");
     });
 
-    RunLog runLog(log, options.steps);
-    Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.steps);
+    RunLog runLog(log, options.recovery.steps);
+    Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, options.recovery.steps);
     double lastStep = report.elapsed();
     const auto afterStep = [&](const StepReport& step) {
         const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);

@@ -1,11 +1,11 @@
 // render: an image of the scene, and layers of what the camera sees.
-#include "app/batched_passes.h"
 #include "app/commands.h"
 #include "app/display.h"
-#include "app/guided_session.h"
-#include "app/layers_file.h"
-#include "app/output.h"
-#include "app/session.h"
+#include "imaging/layers_file.h"
+#include "lab/batched_passes.h"
+#include "session/guided_session.h"
+#include "session/output.h"
+#include "session/session.h"
 
 namespace cmpg {
 

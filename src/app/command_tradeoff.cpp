@@ -1,11 +1,11 @@
 // tradeoff: which options trade speed for accuracy on a scene, which of them are on the frontier, and what each costs when left out.
 #include "app/commands.h"
-#include "app/compare_report.h"
-#include "app/error_plot.h"
-#include "app/output.h"
 #include "app/status_line.h"
-#include "app/tradeoff_report.h"
 #include "base/log.h"
+#include "lab/compare_report.h"
+#include "lab/error_plot.h"
+#include "lab/tradeoff_report.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <iostream>
@@ -47,8 +47,8 @@ Probe probe(Device& device, CompareSubject& subject, const Options& base) {
     const SamplingDecision decision = renderer.decision();
     found.use.steps = subject.steps;
     found.use.reverse = mode == CompareMode::Reverse;
-    found.use.roulette = decision.roulette && found.use.reverse;
-    found.use.guide = decision.kind != Sampling::Bsdf || found.use.roulette;
+    found.use.roulette = decision.method.roulette && found.use.reverse;
+    found.use.guide = decision.method.kind != Sampling::Bsdf || found.use.roulette;
     return found;
 }
 

@@ -1,9 +1,9 @@
 // view: an EXR image as a PNG to look at.
 #include "app/commands.h"
-#include "app/display_image.h"
-#include "app/output.h"
-#include "app/signed_colors.h"
 #include "base/log.h"
+#include "imaging/display_image.h"
+#include "imaging/signed_colors.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <cmath>

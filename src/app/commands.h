@@ -1,8 +1,8 @@
 // One function per command. Each fills the report and returns the exit code; errors are thrown.
 #pragma once
 
-#include "app/report.h"
-#include "app/exit_status.h"
+#include "session/exit_status.h"
+#include "session/report.h"
 
 namespace cmpg {
 

@@ -1,9 +1,9 @@
 // --display-server in commands: what they show, and passes in parts so that there is something to show early.
 #pragma once
 
-#include "app/options.h"
-#include "live/display_stream.h"
+#include "imaging/display_stream.h"
 #include "render/film.h"
+#include "session/options.h"
 
 #include <chrono>
 

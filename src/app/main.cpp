@@ -1,8 +1,9 @@
 // The program: parses, runs one command, turns errors into a message on stderr and an exit code.
 #include "app/commands.h"
-#include "app/explain.h"
-#include "app/interrupt.h"
+#include "app/parse_options.h"
 #include "app/viewer_module.h"
+#include "session/explain.h"
+#include "session/interrupt.h"
 
 #include <iostream>
 

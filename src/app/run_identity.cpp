@@ -10,14 +10,9 @@
 namespace cmpg {
 namespace {
 
-// What bears on the result, but is told by contents instead, and what does not. The number of steps bears on it through the schedule alone:
-// a run may go on beyond what was first asked for.
-bool isIdentity(const std::string& key, const Options& options) {
-    for (const char* other : {"command", "input", "param", "target", "mask", "target-exposure", "set", "load-guide", "camera", "width", "height",
-                              "device", "memory", "train", "checkpoint-every", "quality", "time-budget", "stop-after"})
-        if (key == other)
-            return false;
-    return key != "steps" || options.schedule != Schedule::Constant;
+// The number of steps bears on the result through the schedule alone: a run may continue beyond what was first asked for.
+bool isIdentity(const std::string& key, const Options& options, const std::set<std::string>& keys) {
+    return keys.contains(key) && (key != "steps" || options.recovery.schedule != Schedule::Constant);
 }
 
 } // namespace
@@ -26,8 +21,9 @@ Checkpoint::Identity runIdentity(const Options& options, const Scene& scene, con
                                  const std::vector<View>& views, const std::vector<Target>& targets) {
     Checkpoint::Identity identity;
     const nlohmann::ordered_json config = toConfig(options);
+    const std::set<std::string> keys = identityKeys();
     for (const auto& [key, value] : config.items())
-        if (isIdentity(key, options))
+        if (isIdentity(key, options, keys))
             identity.emplace_back("--" + key, value.dump());
     std::string names;
     for (const std::uint32_t p : parameters)

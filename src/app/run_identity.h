@@ -1,9 +1,9 @@
 // What an optimisation is, by name: two runs whose entries agree have the same results.
 #pragma once
 
-#include "app/options.h"
 #include "optimize/checkpoint.h"
 #include "render/renderer.h"
+#include "session/options.h"
 
 namespace cmpg {
 

@@ -1,8 +1,8 @@
 // What a long command is doing: one line on a terminal, overwritten; elsewhere a line every ten seconds.
 #pragma once
 
-#include "app/options.h"
 #include "base/stopwatch.h"
+#include "session/options.h"
 
 #include <iostream>
 #include <unistd.h>

@@ -42,28 +42,28 @@ std::map<Sampling, SamplingFigures> getKinds(ByteReader& in) {
     return figures;
 }
 
-void put(ByteWriter& out, const GuideRecord& record) {
-    out.put(record.geometry);
-    out.count(record.parameters.size());
-    for (const std::string& name : record.parameters)
+void put(ByteWriter& out, const GuideContext& context) {
+    out.put(context.geometry);
+    out.count(context.parameters.size());
+    for (const std::string& name : context.parameters)
         out.put(name);
-    put(out, record.figures);
-    put(out, record.rouletteFigures);
-    put(out, record.imageFigures);
-    out.put(record.reference);
+    put(out, context.figures);
+    put(out, context.rouletteFigures);
+    put(out, context.imageFigures);
+    out.put(context.reference);
 }
 
-GuideRecord getRecord(ByteReader& in) {
-    GuideRecord record;
-    record.geometry = in.get<std::uint64_t>();
-    record.parameters.resize(in.count(8));
-    for (std::string& name : record.parameters)
+GuideContext getContext(ByteReader& in) {
+    GuideContext context;
+    context.geometry = in.get<std::uint64_t>();
+    context.parameters.resize(in.count(8));
+    for (std::string& name : context.parameters)
         name = in.text();
-    record.figures = getKinds(in);
-    record.rouletteFigures = getKinds(in);
-    record.imageFigures = getKinds(in);
-    record.reference = in.figure("the reference of the roulette");
-    return record;
+    context.figures = getKinds(in);
+    context.rouletteFigures = getKinds(in);
+    context.imageFigures = getKinds(in);
+    context.reference = in.figure("the reference of the roulette");
+    return context;
 }
 
 void put(ByteWriter& out, const SdTreeConfig& config) {
@@ -187,9 +187,9 @@ SamplingFigures getFigures(ByteReader& in) {
     return figures;
 }
 
-void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideRecord& record) {
+void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideContext& context) {
     ByteWriter content;
-    put(content, record);
+    put(content, context);
     GuideFile::put(content, tree);
 
     ByteWriter out;
@@ -223,10 +223,10 @@ LoadedGuide loadGuide(const std::filesystem::path& file) {
         throw refuse("is damaged: its checksum is wrong", "it was changed after it was written");
     try {
         ByteReader in(all.subspan(kHeaderBytes, present));
-        GuideRecord record = getRecord(in);
+        GuideContext context = getContext(in);
         SdTree tree = GuideFile::get(in);
         in.end();
-        return {std::move(tree), std::move(record)};
+        return {std::move(tree), std::move(context)};
     } catch (const Malformed& malformed) {
         throw refuse("is no valid guide: " + malformed.what, "it was made by something else");
     }

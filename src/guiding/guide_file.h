@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/byte_stream.h"
-#include "guiding/sampling_choice.h"
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
+#include "guiding/policy/sampling_choice.h"
 
 #include <filesystem>
 #include <map>
@@ -11,7 +11,7 @@
 namespace cmpg {
 
 // What a guide needs to be used again.
-struct GuideRecord {
+struct GuideContext {
     std::uint64_t geometry = 0;              // hash of the scene's triangles
     std::vector<std::string> parameters;     // names, in the order they were asked for
     std::map<Sampling, SamplingFigures> figures; // of derivative passes without roulette
@@ -21,11 +21,11 @@ struct GuideRecord {
 };
 
 // Error(Output) if it cannot be written; written aside and renamed.
-void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideRecord& record);
+void saveGuide(const std::filesystem::path& file, const SdTree& tree, const GuideContext& context);
 
 struct LoadedGuide {
     SdTree tree;
-    GuideRecord record;
+    GuideContext context;
 };
 // Error(Input) on a file that is none, of another version, truncated, or whose contents do not validate; the message says which.
 LoadedGuide loadGuide(const std::filesystem::path& file);

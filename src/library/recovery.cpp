@@ -6,6 +6,7 @@
 #include "library/states.h"
 #include "optimize/content_identity.h"
 #include "optimize/gradient_watch.h"
+#include "optimize/recovery_config.h"
 #include "optimize/recovery_run.h"
 #include "scene/parameter_values.h"
 
@@ -15,16 +16,7 @@
 namespace cmpg::v1 {
 namespace {
 
-SlotRates ratesOf(const RecoveryOptions& options) {
-    SlotRates rates = OptimizerConfig{}.rates;
-    for (const auto& [slot, rate] : options.rates) {
-        require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
-        setRate(rates, slot, rate);
-    }
-    return rates;
-}
-
-OptimizeConfig configOf(const RecoveryOptions& options) {
+OptimizeConfig checkedConfig(const RecoveryOptions& options) {
     constexpr std::uint32_t kMostSteps = 10'000'000;
     const auto within = [](float value, float highest) { return value >= 0 && value <= highest; };
     require(options.steps >= 1 && options.steps <= kMostSteps, "steps", "from 1 to 10000000");
@@ -35,22 +27,9 @@ OptimizeConfig configOf(const RecoveryOptions& options) {
     require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
     require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
     require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
-    OptimizeConfig config;
-    config.steps = options.steps;
-    config.spp = options.spp;
-    config.sppGradient = options.sppGradient;
-    config.sppDifference = options.sppDifference;
-    config.seed = options.seed;
-    config.loss = options.loss;
-    config.optimizer.kind = options.optimizer;
-    config.optimizer.rates = ratesOf(options);
-    config.optimizer.schedule = options.schedule;
-    config.optimizer.finalFactor = options.finalRate;
-    config.totalVariation = double(options.totalVariation);
-    config.prior = double(options.prior);
-    config.viewsPerStep = options.viewsPerStep;
-    config.warmUp = options.warmUp;
-    return config;
+    for (const auto& [slot, rate] : options.rates)
+        require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
+    return configOf(options);
 }
 
 cmpg::Target targetOf(const Target& target, std::size_t number) {
@@ -149,7 +128,7 @@ struct Recovery::State {
 
     State(std::shared_ptr<Device::State> d, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
         : device(std::move(d)), scene(copyOf(source, options.parameters, parameters, revisions)), steps(options.steps) {
-        RecoveryRun::Steps plan{.config = configOf(options), .views = {}};
+        RecoveryRun::Steps plan{.config = checkedConfig(options), .views = {}};
         if (targets.empty())
             throw Error(ErrorKind::Usage, "a recovery needs a target", {}, "give an image of the scene", {"target"});
         if (parameters.empty())

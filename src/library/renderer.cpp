@@ -148,7 +148,6 @@ Image Renderer::render(const PassOptions& pass) {
         [&] {
             if (!pass.frozen)
                 return s.passes->render(view, pass.spp, {.seed = pass.seed});
-            s.renderer->setSampling({});
             return s.renderer->render(view, pass.spp, {.seed = pass.seed});
         });
 }
@@ -179,7 +178,6 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
         [&] {
             if (!pass.frozen)
                 return s.passes->forward(view, pass.spp, {.seed = pass.seed, .pass = 1}, parameters, values);
-            s.renderer->setSampling({});
             return s.renderer->forward(view, pass.spp, {.seed = pass.seed}, parameters, values);
         });
 }
@@ -206,7 +204,6 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass) {
             for (const std::uint32_t p : s.parameters)
                 gradients.emplace_back(s.scene.parameters[p].entries());
             if (pass.frozen) {
-                s.renderer->setSampling({});
                 s.renderer->reverse(view, pass.spp, {.seed = pass.seed}, adjoint, {}, {}, gradients);
             } else {
                 s.passes->reverse(view, pass.spp, {.seed = pass.seed, .pass = 1}, adjoint, gradients);

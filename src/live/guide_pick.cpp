@@ -1,36 +1,15 @@
 // What the guide knows at a point of a picture, and where its cells lie in it.
 #include "live/guide_pick.h"
 
-#include "app/guide_maps.h"
 #include "base/parallel.h"
+#include "guiding/guide_mixture.h"
+#include "imaging/guide_maps.h"
 #include "live/camera_ray.h"
-#include "shared/guide.h"
 
 namespace cmpg {
 namespace {
 
 constexpr int kMapEdge = 128; // a power of two
-
-// Weights of P, D+, D- as guideWeights() and guideDefended() in shaders/lib/guide.glsl give them to a path straight from the camera: its
-// throughput is 1, the derivative of its throughput 0.
-std::array<double, 3> mixtureOfCameraPath(Sampling sampling, const GuideMass& mean) {
-    const double derivative = mean.plus + mean.minus;
-    switch (sampling) {
-    case Sampling::Primal:
-        return {1, 0, 0};
-    case Sampling::Uniform: {
-        const double p = mean.primal > 0 ? 1 / mean.primal : 0, d = derivative > 0 ? 1 / derivative : 0;
-        return {p, d, d};
-    }
-    case Sampling::Differential:
-        return {0, 1, 1};
-    case Sampling::Conditional:
-    case Sampling::Bsdf:
-    case Sampling::Auto:
-        break;
-    }
-    return {mean.primal > 0 ? derivative / ((gpu::kDefensiveParts - 1) * mean.primal) : 0, 1, 1};
-}
 
 std::shared_ptr<const Image> map(const GuideCell& cell, const std::array<double, 3>& weights) {
     return std::make_shared<const Image>(densityMap(cell, weights, kMapEdge));

@@ -7,7 +7,7 @@ namespace cmpg {
 
 class SdTree;
 
-// `guide`: null or empty where nothing has been learned. `sampling`: the way whose mixture is shown; Bsdf: that of conditional
+// `guide`: null or empty where nothing has been learned. `sampling`: the method whose mixture is shown; Bsdf: that of conditional
 // sampling, since a guide that learned for its user's eyes is drawn from by nobody. `share`: of directions, drawn from it.
 LivePick pickGuide(const Scene& scene, const View& view, int x, int y, const SdTree* guide, Sampling sampling, float share);
 

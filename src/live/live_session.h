@@ -4,10 +4,10 @@
 // is busy the last one counts. What takes long is interrupted between two submissions, each of which takes about 20 ms.
 #pragma once
 
-#include "app/options.h"
 #include "base/error.h"
 #include "scene/image.h"
 #include "scene/scene.h"
+#include "session/options.h"
 
 #include <array>
 #include <filesystem>

@@ -1,7 +1,7 @@
 // The optimisation of a session: one step at a time, with what is shown of it.
-#include "app/optimize_options.h"
 #include "live/live_work.h"
 #include "optimize/run_folder.h"
+#include "session/optimize_options.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,8 +1,8 @@
 // What a session does with a scene: settings, the renderer they need, films that refine.
 #include "live/live_work.h"
 
-#include "app/guided_session.h"
 #include "live/guide_pick.h"
+#include "session/guided_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -189,7 +189,7 @@ void LiveWork::ensureRenderer() {
     hooks_.busyWith("preparing the scene");
     RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
     config.guiding = true;
-    config.differences = options_.sppDifference > 0 && !settings_.parameters.empty();
+    config.differences = options_.recovery.sppDifference > 0 && !settings_.parameters.empty();
     renderer_ = std::make_unique<Renderer>(device_, scene_.scene, config);
     renderer_->setInteraction({.submissionSeconds = kSubmissionSeconds,
                                .beforeSubmission = hooks_.betweenSubmissions,
@@ -205,7 +205,7 @@ void LiveWork::ensurePasses() {
     guided.sampling = settings_.sampling;
     auto passes = std::make_unique<GuidedPasses>(*renderer_, guided);
     if (passes_ && guide())
-        passes->load({renderer_->guide(), passes_->guideRecord()});
+        passes->load({renderer_->guide(), passes_->guideContext()});
     dropOptimization(true);
     passes_ = std::move(passes);
     passesSampling_ = settings_.sampling;
@@ -353,8 +353,8 @@ void LiveWork::updateGuideFigures() {
     state_.guideCells = guide() ? std::uint32_t(guide()->cells().size()) : 0;
     state_.guidePasses = guide() ? guide()->updates() : 0;
     const SamplingDecision d = decision();
-    state_.sampling = d.kind;
-    state_.roulette = d.roulette;
+    state_.sampling = d.method.kind;
+    state_.roulette = d.method.roulette;
     std::uint64_t drawn = 0, guided = 0;
     if (renderer_)
         for (const GuidedDepth& depth : renderer_->statistics().guided) {

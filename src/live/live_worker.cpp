@@ -1,10 +1,10 @@
 // The thread of a session: takes requests, does one piece of work, publishes, and so on.
 #include "live/live_worker.h"
 
-#include "app/explain.h"
-#include "app/output.h"
 #include "live/guide_pick.h"
 #include "live/save_picture.h"
+#include "session/explain.h"
+#include "session/output.h"
 
 #include <new>
 
@@ -213,7 +213,7 @@ void LiveWorker::answer(const LiveRequests& quick) {
     if (quick.pick && work_) {
         const auto [x, y] = *quick.pick;
         const bool images = work_->settings().mode == LiveMode::Render; // where every guided kind is primal
-        const Sampling kind = images ? Sampling::Primal : work_->decision().kind;
+        const Sampling kind = images ? Sampling::Primal : work_->decision().method.kind;
         LivePick pick = pickGuide(scene_->scene, work_->view(), x, y, work_->guide(), kind, options_.guideShare);
         pick.number = (state_.pick ? state_.pick->number : 0) + 1;
         state_.pick = std::make_shared<const LivePick>(std::move(pick));

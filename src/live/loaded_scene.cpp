@@ -1,9 +1,9 @@
 // The scene of a session with its targets, and the way back to the values it was loaded with.
 #include "live/loaded_scene.h"
 
-#include "app/parameter_values.h"
-#include "app/session.h"
-#include "app/targets.h"
+#include "session/parameter_values.h"
+#include "session/session.h"
+#include "session/targets.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,10 +1,10 @@
 // What a session shows as files: pictures, the loss.
 #include "live/save_picture.h"
 
-#include "app/display_image.h"
-#include "app/loss_curve.h"
-#include "app/output.h"
-#include "app/signed_colors.h"
+#include "imaging/display_image.h"
+#include "imaging/loss_curve.h"
+#include "imaging/signed_colors.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <cmath>

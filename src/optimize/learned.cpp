@@ -24,7 +24,7 @@ SamplingChoice::State getChoice(ByteReader& in) {
     for (SamplingFigures& figures : choice.figures)
         figures = getFigures(in);
     for (double& ratio : choice.ratios)
-        ratio = in.figure("how passes of a way differ");
+        ratio = in.figure("how passes of a method differ");
     choice.last = std::size_t(in.get<std::uint64_t>());
     choice.learned = in.get<std::uint32_t>();
     choice.tried = in.get<std::uint32_t>();

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/byte_stream.h"
-#include "guiding/sd_tree.h"
-#include "render/guided_passes.h"
+#include "guiding/field/sd_tree.h"
+#include "guiding/policy/sampling_policy.h"
 
 #include <optional>
 

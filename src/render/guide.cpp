@@ -53,15 +53,15 @@ Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
     buffers.publish(tree);
 }
 
-void Guide::beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp) {
+void Guide::beginPass(const FeatureSet::Pass& pass, const PassPlan& plan, std::uint32_t spp) {
     info_.lower = tree.lower();
     const glm::vec3 extent = tree.upper() - tree.lower();
     for (int c = 0; c < 3; ++c)
         info_.inverseExtent[c] = extent[c] > 0 ? 1 / extent[c] : 0;
-    info_.kind = kindOf(pass, sampling.kind);
+    info_.kind = kindOf(pass, plan.method.kind);
     info_.share = share_;
     // Adjoints on the device come divided by the samples. 0: every path goes on once.
-    info_.reference = sampling.roulette && !tree.empty() ? float(rouletteEffort_ * sampling.reference / spp) : 0.0f;
+    info_.reference = plan.method.roulette && !tree.empty() ? float(rouletteEffort_ * plan.reference / spp) : 0.0f;
     buffers.setInfo(info_);
 }
 

@@ -1,7 +1,7 @@
 // The guide of a renderer: the tree, its copy on the device, and the units of the records between two updates.
 #pragma once
 
-#include "guiding/guide_buffers.h"
+#include "guiding/field/guide_buffers.h"
 #include "render/integer_scale.h"
 #include "render/renderer.h"
 #include "scene/features.h"
@@ -15,7 +15,7 @@ struct Guide {
     Guide(Device& device, const Scene& scene, const RenderConfig& config);
 
     // Tells the kernels of a pass of `spp` samples per pixel on average what to do with the guide.
-    void beginPass(const FeatureSet::Pass& pass, const PassSampling& sampling, std::uint32_t spp);
+    void beginPass(const FeatureSet::Pass& pass, const PassPlan& plan, std::uint32_t spp);
     // Fixes the units of records until the next update: from what the tree knows, else from `pilot`, the mean radiance of the scene.
     // Derivatives by normals grow by 1 / shortestNormal.
     template <class Pilot> void openRecords(Pilot&& pilot, double shortestNormal) {

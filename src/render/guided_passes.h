@@ -1,8 +1,8 @@
-// Passes with directions drawn as a user asked: learning, the automatic choice of a kind, positivization, the gate of the roulette.
+// Passes by the methods that were asked for or found best: learning, trials, halves, signs.
 #pragma once
 
-#include "guiding/exploration.h"
 #include "guiding/guide_file.h"
+#include "guiding/policy/sampling_policy.h"
 #include "render/pixel_sampling.h"
 #include "render/renderer.h"
 
@@ -15,24 +15,7 @@ struct GuidedOptions {
     PixelSampling pixels = PixelSampling::Adjoint; // reverse mode
     bool positivize = false;                       // two half-budget derivative passes, one per sign
     bool roulette = true;                          // reverse mode, where it pays
-    bool atOnce = false;                           // optimisations: learn and try all ways from the first step, whatever the noise
-};
-
-// What was chosen for derivative passes, or for images, and from what.
-struct SamplingDecision {
-    Sampling kind = Sampling::Bsdf; // never Auto
-    bool roulette = false;
-    std::map<Sampling, SamplingFigures> figures, rouletteFigures;
-};
-
-// All that passes of an optimisation depend on from one step to the next beside the parameters and the guide's tree. Units of sums are no
-// part of it: they follow from the tree, the parameters and the pass.
-struct GuidedState {
-    SamplingChoice::State images, derivatives;
-    Exploration::State exploration;
-    double reference = 0;
-    bool trained = false;
-    std::uint32_t step = 0;
+    bool immediate = false;                        // optimisations: learn and try all methods from the first step, whatever the noise
 };
 
 class GuidedPasses {
@@ -41,7 +24,7 @@ class GuidedPasses {
     GuidedPasses(Renderer& renderer, const GuidedOptions& options);
     ~GuidedPasses();
 
-    // Compiles the kernels of every way that passes of these modes may be drawn, so that none has to; where setLearning() turned learning on,
+    // Compiles the kernels of every method that passes of these modes may be drawn, so that none has to; where setLearning() turned learning on,
     // those of its steps.
     void prepare(std::initializer_list<Renderer::Mode> modes);
     // The same for the next pass of a mode alone, as it is decided now.
@@ -63,9 +46,9 @@ class GuidedPasses {
     // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values; only then
     // `counts` may say how many samples each pixel gets in each half, one at least.
     ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts = {});
-    // An image to keep, drawn in the way found best so far: nothing is learned from it, so no later pass depends on it.
+    // An image to keep, drawn by the method found best so far: nothing is learned from it, so no later pass depends on it.
     Image picture(const View& view, std::uint32_t spp, const PassKey& key);
-    // Further samples of a film, by the way found best so far, learning or not. They leave no records; forward ignores positivization.
+    // Further samples of a film, by the method found best so far, learning or not. They leave no records; forward ignores positivization.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                  std::span<const std::vector<float>> directions, Film& film);
@@ -81,8 +64,8 @@ class GuidedPasses {
     std::uint64_t reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                std::vector<std::vector<double>>& gradients);
 
-    // For optimisations: endStep() rebuilds the guide from what passes recorded and decides anew. The first steps run the plain way, without
-    // recording, and tell how noisy its gradients are; Exploration decides whether other ways are worth trying, SamplingChoice which. A
+    // For optimisations: endStep() rebuilds the guide from what passes recorded and decides anew. The first steps sample by the materials alone, without
+    // recording, and tell how noisy its gradients are; Exploration decides whether other methods are worth trying, SamplingChoice which. A
     // derivative pass that is to tell its noise runs in two halves with numbers of their own, and its result is the mean. Where no guide
     // pays, most steps leave no records and are not measured (SamplingChoice::rests), which saves a third of a pass.
     // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
@@ -90,11 +73,11 @@ class GuidedPasses {
     void setLearning(bool on);
     void endStep();
     void publish();
-    // PassMeasure's, of the last derivative pass in reverse mode; 0 where it was not measured.
+    // PassResult's, of the last derivative pass in reverse mode; 0 where it was not measured.
     double concentration() const;
     // As the last step left it, also in the midst of one.
     GuidedState state() const;
-    // With the tree that belongs to it, and learning as it was. Error(Input) if it is of other ways of sampling, or the tree does not fit.
+    // With the tree that belongs to it, and learning as it was. Error(Input) if it is of other methods of sampling, or the tree does not fit.
     void restore(GuidedState state, std::optional<SdTree> tree);
     // After a pass that was ended early: forgets what was recorded and measured since the last step or learning pass ended, so that
     // it can begin again.
@@ -104,7 +87,7 @@ class GuidedPasses {
     SamplingDecision imageDecision() const; // of images
     double trainSeconds() const; // learning and rebuilding so far
 
-    GuideRecord guideRecord() const; // to save with Renderer::guide()
+    GuideContext guideContext() const; // to save with Renderer::guide()
     void load(LoadedGuide guide);
 
   private:

@@ -45,7 +45,7 @@ gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, BatchStart& start,
     batch.surfaceScale = in.surfaceScale;
     batch.normalScale = in.normalScale;
     batch.emissionScale = in.emissionScale;
-    batch.sign = in.sampling.sign;
+    batch.sign = in.plan.sign;
     placeCamera(batch, in.view);
     offsets.clear();
     bool split = false; // the last pixel goes on in the next batch

@@ -16,7 +16,7 @@ struct PassInput {
     const Image* adjoint = nullptr;
     std::span<const float> weights; // of the adjoint, per pixel; empty: 1 / spp
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
-    PassSampling sampling;
+    PassPlan plan;
     const Film* film = nullptr; // whose sums the pass continues
     bool pilot = false;         // nothing but the image is of use: no records, no figures
 

@@ -13,7 +13,7 @@ PassKernels::PassKernels(Device& device, const FeatureSet& features, const Scene
     needs_.roulette = config.roulette;
 }
 
-FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const PassSampling& s, bool learned) const {
+FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const PassPlan& plan, bool learned) const {
     FeatureSet::Pass pass;
     pass.mode = mode;
     pass.sobol = config_.sampler == Sampler::Sobol;
@@ -22,13 +22,13 @@ FeatureSet::Pass PassKernels::passOf(std::uint32_t mode, bool layers, const Pass
     pass.maxDepth = config_.maxDepth;
     pass.threads = device_.driverThreads();
     pass.bvhDepth = scene_.bvhDepth();
-    pass.oneSign = s.sign != 0 && mode != kModeRender && mode != kModeDifference;
+    pass.oneSign = plan.sign != 0 && mode != kModeRender && mode != kModeDifference;
     if (!guide_)
         return pass;
-    pass.record = s.record;
-    pass.guided = features_.everything || s.guidedKernels || (s.kind != Sampling::Bsdf && learned);
-    pass.roulette = mode == kModeReverse && (features_.everything || s.rouletteKernels || (s.roulette && learned));
-    pass.measure = (s.measure || s.record) && mode == kModeReverse;
+    pass.record = plan.record;
+    pass.guided = features_.everything || plan.guidedKernels || (plan.method.kind != Sampling::Bsdf && learned);
+    pass.roulette = mode == kModeReverse && (features_.everything || plan.rouletteKernels || (plan.method.roulette && learned));
+    pass.measure = (plan.measure || plan.record) && mode == kModeReverse;
     return pass;
 }
 

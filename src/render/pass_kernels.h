@@ -22,8 +22,8 @@ class PassKernels {
     // All outlive this. `guide`: null where there is no room for one.
     PassKernels(Device& device, const FeatureSet& features, const SceneBuffers& scene, const GuideBuffers* guide, const RenderConfig& config);
 
-    // The kind of a pass drawn as `sampling` says. `learned`: the guide has something to draw from.
-    FeatureSet::Pass passOf(std::uint32_t mode, bool layers, const PassSampling& sampling, bool learned) const;
+    // The kind of a pass of this plan. `learned`: the guide has something to draw from.
+    FeatureSet::Pass passOf(std::uint32_t mode, bool layers, const PassPlan& plan, bool learned) const;
     // Passes of this mode will come: the pools, made anew at the next allocate(), have room for them.
     void expect(std::uint32_t mode);
     void allocate(const FeatureSet::Pass& pass);

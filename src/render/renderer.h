@@ -1,14 +1,13 @@
 // The renderer: images, forward gradient images and reverse gradients of one scene on one device.
 #pragma once
 
-#include "guiding/sampling.h"
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 #include "render/film.h"
+#include "render/pass_plan.h"
 #include "scene/image.h"
 #include "scene/scene.h"
 #include "vk/device.h"
 
-#include <algorithm>
 #include <array>
 #include <functional>
 #include <map>
@@ -37,46 +36,6 @@ struct RenderConfig {
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
 };
 
-// How the passes that follow draw directions, and what they leave behind. All but the defaults and `sign` need RenderConfig::guiding.
-struct PassSampling {
-    Sampling kind = Sampling::Bsdf; // not Auto
-    bool record = false;            // leave records for updateGuide(); measure too
-    bool keepRecords = true;        // false: none are left. The kernels are those of `record`, which saves compiling others
-    // The kernels are those of guided passes, and in reverse mode of roulette, though this pass may have neither: one set for passes by several
-    // ways, with the results of their own kernels. `roulette` needs RenderConfig::roulette.
-    bool guidedKernels = false, rouletteKernels = false;
-    bool measure = false;           // reverse mode: estimate PassMeasure::variance
-    bool roulette = false;          // reverse mode: roulette and splitting by derivative-to-go
-    int sign = 0;                   // positivization: only derivative terms of this sign
-    double reference = 0;           // roulette: PassMeasure::reference of an earlier pass with this adjoint
-};
-
-// What a pass cost and how it scattered.
-struct PassMeasure {
-    std::uint64_t paths = 0, rays = 0;
-    double variance = 0;  // of the result, summed over its entries: an estimate from the pass itself
-    double reference = 0; // reverse mode: mean over the pixels of |adjoint| times the L1 norm of the first vertex's derivative
-    double concentration = 0; // reverse mode, where it is measured: share of the few largest paths in the sum of all squares
-
-    void add(const PassMeasure& other) {
-        paths += other.paths;
-        rays += other.rays;
-        variance += other.variance;
-        reference += other.reference;
-        concentration = std::max(concentration, other.concentration);
-    }
-};
-
-// Keys of the random numbers of one pass. Different passes of one step are independent.
-struct PassKey {
-    std::uint64_t seed = 0;
-    std::uint32_t step = 0;
-    // 0 primal, 1 derivative, 2 pilot, 3 learning, 4 gate of the roulette, 5 and 6 second halves of images and derivatives, 7 pictures of a report;
-    // + 8: the half for negative terms; + 16 n: of the n-th batch of a command that goes in batches.
-    std::uint32_t pass = 0;
-    std::uint32_t firstSample = 0; // of every pixel, in its sequence; films count for themselves
-};
-
 // An image, and what is to be subtracted from it for the image under the second set of values.
 struct ImageDifference {
     Image image, difference; // the latter empty where it was not asked for
@@ -88,11 +47,6 @@ struct ImageHalves {
     std::uint32_t samples = 0;           // of each half: of every pixel, or the most of any
     std::vector<std::uint32_t> counts{}; // of each half, by pixel; empty: `samples` each
     std::uint32_t count(std::size_t pixel) const { return counts.empty() ? samples : counts[pixel]; }
-};
-
-struct View {
-    const Camera* camera = nullptr;
-    int width = 512, height = 512;
 };
 
 // For passes that somebody waits for, or wants to end. Results do not depend on it.
@@ -130,13 +84,13 @@ class Renderer {
     // Allocates the pools and compiles the kernels of these modes, so that no pass has to; without it the first pass of a mode does.
     void prepare(std::initializer_list<Mode> modes, bool layers = false);
 
-    // The same for the kernels of passes drawn like this, with the guide as it is or, `learned`, once it knows something.
-    void prepare(Mode mode, const PassSampling& sampling, bool layers = false, bool learned = false);
+    // The same for the kernels of passes of this plan, with the guide as it is or, `learned`, once it knows something.
+    void prepare(Mode mode, const PassPlan& plan, bool layers = false, bool learned = false);
     // Passes of these modes will come: the pools have room for them.
     void expect(std::initializer_list<Mode> modes);
     // Begins to make the kernels of such passes, one after the other, and returns.
-    void prepareAhead(std::span<const std::pair<Mode, PassSampling>> passes);
-    bool isPrepared(Mode mode, const PassSampling& sampling) const; // compiled
+    void prepareAhead(std::span<const std::pair<Mode, PassPlan>> passes);
+    bool isPrepared(Mode mode, const PassPlan& plan) const; // compiled
 
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);
@@ -145,44 +99,47 @@ class Renderer {
     void setSecondValues(std::uint32_t parameter, std::span<const float> values);
 
     void setInteraction(Interaction interaction);
-    void setSampling(const PassSampling& sampling);
-    const PassMeasure& lastPass() const;
     // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did.
     UpdateReport updateGuide();
     void publishGuide();
-    void discardRecords(); // left since then
+    void discardRecords(); // left since then, if any
     bool hasGuide() const; // room for one: RenderConfig::guiding
     const SdTree& guide() const;
     void setGuide(SdTree tree); // of this scene's box
 
+    // Passes draw as `plan` says, and tell what they cost in `result`, if it is not null.
+
     // RGB radiance. `spp` samples in every pixel.
-    Image render(const View& view, std::uint32_t spp, const PassKey& key, Layers* layers = nullptr);
+    Image render(const View& view, std::uint32_t spp, const PassKey& key, const PassPlan& plan = {}, PassResult* result = nullptr,
+                 Layers* layers = nullptr);
 
     // The image, and how it differs from that of the second set of values along the same paths: exactly 0 where a pixel's paths meet nothing
     // that differs. Needs RenderConfig::differences.
     // `counts`: samples of each pixel, one at least, or empty for `spp` everywhere.
-    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts = {});
+    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts = {},
+                                     const PassPlan& plan = {}, PassResult* result = nullptr);
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                  std::span<const std::vector<float>> directions, Layers* layers = nullptr);
+                  std::span<const std::vector<float>> directions, const PassPlan& plan = {}, PassResult* result = nullptr, Layers* layers = nullptr);
 
-    // The same, adding `spp` samples per pixel to a film of the view's size: those that follow the film's in the sequence of `key`.
-    void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
+    // The same, adding `spp` samples per pixel to a film of the view's size: those that follow the film's in the sequence of `key`. They leave
+    // no records.
+    void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film, const PassPlan& plan = {});
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
-                 std::span<const std::vector<float>> directions, Film& film);
+                 std::span<const std::vector<float>> directions, Film& film, const PassPlan& plan = {});
 
     // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
     // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`
     // everywhere; `weights`: 1/E[samples] per pixel, used with perPixel.
-    void reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                 std::span<const float> weights, std::vector<std::vector<double>>& gradients);
+    PassResult reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
+                       std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan = {});
 
     const RenderStatistics& statistics() const;
-    // For `inspect`: the features by name, and the kernels of these modes' passes as setSampling() says, where the guide knows
-    // something. Allocates their pools, compiles nothing.
+    // For `inspect`: the features by name, and the kernels of these modes' passes by this plan, where the guide knows something. Allocates
+    // their pools, compiles nothing.
     std::vector<std::pair<std::string, std::string>> describeFeatures() const;
-    std::vector<KernelSize> allocate(std::initializer_list<Mode> modes);
+    std::vector<KernelSize> allocate(std::initializer_list<Mode> modes, const PassPlan& plan = {});
 
   private:
     struct Impl;

@@ -191,7 +191,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     return atBounce;
 }
 
-void Wavefront::record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const {
+void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const {
     const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
     const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
     const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };

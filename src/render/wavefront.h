@@ -1,7 +1,7 @@
 // One batch on the device: the pools, the kernels of one mode, and the order they run in.
 #pragma once
 
-#include "guiding/guide_buffers.h"
+#include "guiding/field/guide_buffers.h"
 #include "render/scene_buffers.h"
 #include "shared/batch.h"
 #include "shared/film.h"
@@ -60,7 +60,7 @@ class Wavefront {
 
     // Records one batch: generate_rays -> (trace_closest -> split_paths -> shade_vertex -> trace_shadow) x depth -> scan_tape x depth, then
     // gather_film or gather_moments where they are wanted. `guide`: null where nothing is guided or recorded.
-    void record(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const;
+    void recordCommands(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const;
     std::vector<const Kernel*> kernels() const;
     // What the kernels are bound to at each bounce.
     std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide) const;

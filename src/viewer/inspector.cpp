@@ -1,7 +1,7 @@
 // What the guide knows at the point that was clicked: maps of the sphere and figures.
 #include "viewer/inspector.h"
 
-#include "app/guide_maps.h"
+#include "imaging/guide_maps.h"
 #include "viewer/legend.h"
 #include "viewer/sphere_map.h"
 #include "viewer/theme.h"

@@ -1,8 +1,8 @@
 // Colour bars with their scale, drawn with Dear ImGui.
 #include "viewer/legend.h"
 
-#include "app/display_image.h"
-#include "app/signed_colors.h"
+#include "imaging/display_image.h"
+#include "imaging/signed_colors.h"
 #include "viewer/theme.h"
 
 #include <algorithm>

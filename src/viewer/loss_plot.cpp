@@ -1,7 +1,7 @@
 // The loss over the steps, drawn with Dear ImGui.
 #include "viewer/loss_plot.h"
 
-#include "app/loss_curve.h"
+#include "imaging/loss_curve.h"
 #include "viewer/legend.h"
 #include "viewer/theme.h"
 

@@ -1,7 +1,7 @@
 // How values become colours, and which value gets the deepest.
 #include "viewer/picture_look.h"
 
-#include "app/signed_colors.h"
+#include "imaging/signed_colors.h"
 
 #include <algorithm>
 #include <cmath>

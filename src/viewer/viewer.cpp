@@ -1,7 +1,7 @@
 // The window: joins the work, the interface and the presentation, and runs until it is closed.
 #include "viewer/viewer.h"
 
-#include "app/interrupt.h"
+#include "session/interrupt.h"
 #include "viewer/controls.h"
 #include "viewer/inspector.h"
 #include "viewer/panels.h"

@@ -1,8 +1,8 @@
 // The window: joins the work, the interface and the presentation, and runs until it is closed.
 #pragma once
 
-#include "app/options.h"
-#include "app/exit_status.h"
+#include "session/exit_status.h"
+#include "session/options.h"
 
 namespace cmpg::viewer {
 

@@ -1,7 +1,7 @@
 // The entry of the window's module.
-#include "app/explain.h"
-#include "app/viewer_module.h"
+#include "session/explain.h"
 #include "viewer/viewer.h"
+#include "viewer/viewer_main.h"
 
 extern "C" __attribute__((visibility("default"))) int cmpgViewerMain(const cmpg::Options& options) {
     return int(cmpg::explainErrors([&] { return cmpg::viewer::runViewer(options); }));

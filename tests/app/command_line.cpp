@@ -1,6 +1,8 @@
 // Helpers of the command line's tests: parsing, running the program, temporary folders.
 #include "command_line.h"
 
+#include "app/parse_options.h"
+
 #include <atomic>
 #include <csignal>
 #include <cstdio>

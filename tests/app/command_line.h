@@ -1,8 +1,8 @@
 // Helpers of the command line's tests: parsing, running the program, temporary folders.
 #pragma once
 
-#include "app/options.h"
 #include "base/error.h"
+#include "session/options.h"
 
 #include <filesystem>
 #include <functional>

@@ -1,7 +1,7 @@
 // The guide command: its figures against sums made here, its pictures, its exit codes.
 #include "app/commands.h"
-#include "app/guide_maps.h"
-#include "app/guide_statistics.h"
+#include "imaging/guide_maps.h"
+#include "lab/guide_statistics.h"
 #include "command_line.h"
 #include "guiding/guide_file.h"
 #include "guiding/samples.h"
@@ -132,13 +132,13 @@ Options guideOptions(const std::string& file) {
 TEST(Guide, PrintsDrawsAndChecks) {
     const test::TemporaryFolder folder;
     const SdTree tree = grown();
-    GuideRecord record;
-    record.geometry = 0xabc;
-    record.parameters = {"painting.baseColor"};
-    record.figures[Sampling::Conditional] = {0.5, 7, 8};
-    record.rouletteFigures[Sampling::Primal] = {0.25, 3, 8};
+    GuideContext context;
+    context.geometry = 0xabc;
+    context.parameters = {"painting.baseColor"};
+    context.figures[Sampling::Conditional] = {0.5, 7, 8};
+    context.rouletteFigures[Sampling::Primal] = {0.25, 3, 8};
     const std::string file = folder / "a.guide";
-    saveGuide(file, tree, record);
+    saveGuide(file, tree, context);
 
     const auto text = runProgram({"--headless", "guide", file, "--validate", "-o", folder / "maps"});
     EXPECT_EQ(text.code, 0) << text.err;

@@ -1,6 +1,8 @@
 // The command line: where options may stand, what they mean, what is refused, and the way through run.json and back.
 #include "command_line.h"
 
+#include "app/parse_options.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -295,7 +297,7 @@ TEST(Options, TheConfigurationsCommandTakesItsOwnOptions) {
     const Options o = parse({"--config", file, "--steps", "7", "-o", "view", "--loss=l1"}); // a folder named as a command
     EXPECT_EQ(o.command, Command::Optimize);
     EXPECT_EQ(o.input, "/s.gltf");
-    EXPECT_EQ(o.steps, 7u);
+    EXPECT_EQ(o.recovery.steps, 7u);
     EXPECT_EQ(o.output, "view");
     EXPECT_EQ(o.loss, Loss::L1);
     EXPECT_EQ(parseCode({"--config", file, "-o", "run", "--layers", "l.exr"}), ErrorKind::Usage); // of another command

@@ -1,5 +1,5 @@
 // The object --json prints: its fields and their kinds, whatever the command.
-#include "app/report.h"
+#include "session/report.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

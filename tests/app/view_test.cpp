@@ -1,9 +1,9 @@
 // Signed colours, the canvas, and what `view` writes.
-#include "app/bitmap_font.h"
 #include "app/commands.h"
-#include "app/signed_colors.h"
+#include "imaging/signed_colors.h"
 #include "command_line.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -53,23 +53,40 @@ TEST(SignedColors, ScaleIsAPercentileRoundedUp) {
     EXPECT_NEAR(signedScale(sparse), 2e-9, 1e-12);
 }
 
-TEST(BitmapFont, CharactersDiffer) {
-    const auto bits = [](char c) {
-        std::uint64_t b = 0;
-        for (int y = 0; y < kGlyphHeight + kGlyphDescent; ++y)
-            for (int x = 0; x < kGlyphWidth; ++x)
-                b = b << 1 | (glyphPixel(c, x, y) ? 1u : 0u);
-        return b;
+TEST(Canvas, CharactersDiffer) {
+    const auto drawn = [](const std::string& text) {
+        Canvas canvas(16, 16);
+        canvas.text(2, 3, text);
+        return canvas.image().values;
     };
-    std::vector<std::uint64_t> seen;
+    std::vector<std::vector<float>> seen;
     for (char c = ' '; c < 127; ++c) {
-        for (const std::uint64_t other : seen)
-            EXPECT_NE(bits(c), other) << c;
-        seen.push_back(bits(c));
+        const std::vector<float> pixels = drawn(std::string(1, c));
+        EXPECT_EQ(std::find(seen.begin(), seen.end(), pixels), seen.end()) << c;
+        seen.push_back(pixels);
     }
-    EXPECT_EQ(bits(' '), 0u);
-    EXPECT_EQ(bits('\n'), bits('?'));
-    EXPECT_EQ(bits('\xe4'), bits('?'));
+    EXPECT_EQ(drawn(" "), Canvas(16, 16).image().values);
+    EXPECT_EQ(drawn("\n"), drawn("?"));
+    EXPECT_EQ(drawn("\xe4"), drawn("?")); // no UTF-8
+    EXPECT_NE(drawn("\xc3\xa4"), drawn("?"));
+}
+
+TEST(Canvas, TextIsAsWideAsItSays) {
+    const std::string text = "0.125 gradient";
+    const int width = Canvas::textWidth(text, 2);
+    Canvas canvas(width + 40, 40);
+    canvas.text(10, 10, text, kBlack, 2);
+    int left = canvas.width(), right = 0;
+    for (int y = 0; y < canvas.height(); ++y)
+        for (int x = 0; x < canvas.width(); ++x)
+            if (canvas.image().at(x, y)[0] < 0.5f) {
+                left = std::min(left, x);
+                right = std::max(right, x);
+            }
+    EXPECT_GE(left, 10);
+    EXPECT_LE(left, 14);
+    EXPECT_LE(right, 10 + width);
+    EXPECT_GE(right, 10 + width - 6);
 }
 
 TEST(Canvas, CutsOffWhatLiesOutside) {

@@ -55,18 +55,18 @@ class Passes {
         const std::uint64_t before = dropped(*s_.renderer);
         std::vector<std::vector<double>> ignored;
         for (std::uint32_t i = 0; i < 2; ++i) {
-            s_.renderer->setSampling({.record = true});
-            s_.renderer->reverse(view, 8, {77, i, 3}, adjoint, {}, {}, ignored);
+            s_.plan = {.record = true};
+            s_.result = s_.renderer->reverse(view, 8, {77, i, 3}, adjoint, {}, {}, ignored, s_.plan);
             s_.renderer->updateGuide();
         }
-        s_.renderer->setSampling({.kind = Sampling::Conditional});
+        s_.plan = {.method = {Sampling::Conditional}};
         Result r;
-        r.image = s_.renderer->render(view, 8, {1, 0, 0});
-        r.variance = s_.renderer->lastPass().variance;
-        r.forward = s_.renderer->forward(view, 8, {1, 0, 1}, s_.config.differentiable, s_.ones());
-        s_.renderer->setSampling({.kind = Sampling::Conditional, .measure = true});
-        s_.renderer->reverse(view, 8, {1, 0, 1}, adjoint, {}, {}, r.gradients);
-        r.gradientVariance = s_.renderer->lastPass().variance;
+        r.image = s_.renderer->render(view, 8, {1, 0, 0}, s_.plan, &s_.result);
+        r.variance = s_.result.variance;
+        r.forward = s_.renderer->forward(view, 8, {1, 0, 1}, s_.config.differentiable, s_.ones(), s_.plan, &s_.result);
+        s_.plan = {.method = {Sampling::Conditional}, .measure = true};
+        s_.result = s_.renderer->reverse(view, 8, {1, 0, 1}, adjoint, {}, {}, r.gradients, s_.plan);
+        r.gradientVariance = s_.result.variance;
         r.dropped = dropped(*s_.renderer) - before;
         return r;
     }
@@ -137,9 +137,9 @@ TEST(ExtremeContrast, ForwardAgreesWithReverse) {
     std::mt19937 random(2);
     for (float& a : adjoint.values) a = float(random()) * 0x1p-32f;
     std::vector<std::vector<double>> gradients;
-    s.renderer->reverse(view, 16, {5, 0, 1}, adjoint, {}, {}, gradients);
+    s.result = s.renderer->reverse(view, 16, {5, 0, 1}, adjoint, {}, {}, gradients, s.plan);
     for (std::size_t i = 0; i < ones.size(); ++i) {
-        const Image forward = s.renderer->forward(view, 16, {5, 0, 1}, std::span(&s.config.differentiable[i], 1), std::span(&ones[i], 1));
+        const Image forward = s.renderer->forward(view, 16, {5, 0, 1}, std::span(&s.config.differentiable[i], 1), std::span(&ones[i], 1), s.plan, &s.result);
         double along = 0, size = 0;
         for (std::size_t k = 0; k < adjoint.values.size(); ++k) {
             along += double(forward.values[k]) * double(adjoint.values[k]);
@@ -172,7 +172,7 @@ TEST(ExtremeSums, NearSaturation) {
         for (float& v : values) v = std::ldexp(v, exponent);
         s.renderer->setParameter(lamp, values);
         std::vector<std::vector<double>> g;
-        s.renderer->reverse(viewOf(s.scene, 12, 12), 8, {3, 0, 1}, Image(12, 12, 3, 1.0f), {}, {}, g);
+        s.result = s.renderer->reverse(viewOf(s.scene, 12, 12), 8, {3, 0, 1}, Image(12, 12, 3, 1.0f), {}, {}, g, s.plan);
         const double scaled = std::ldexp(g[0][0], -exponent);
         if (exponent == 0) base = scaled;
         worst.compare(scaled, base, [&] { return "2^" + std::to_string(exponent); });

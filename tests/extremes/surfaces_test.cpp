@@ -18,8 +18,8 @@ std::uint64_t raysOf(const Scene& scene, std::uint32_t depth, int edge, std::uin
     config.maxDepth = depth;
     config.lightSampling = false;
     Bench s(scene, {}, config);
-    s.renderer->render(viewOf(s.scene, edge, edge), spp, {3, 0, 0});
-    return s.renderer->lastPass().rays;
+    s.renderer->render(viewOf(s.scene, edge, edge), spp, {3, 0, 0}, s.plan, &s.result);
+    return s.result.rays;
 }
 
 // From a convex body a drawn ray leads nowhere. Passes of two and of three segments trace the same rays, and the third segments of those
@@ -91,7 +91,7 @@ TEST(ExtremeSurfaces, SunGrazingAPlane) {
         sun.intensity = glm::vec3(1e6f);
         b.scene.lights = {sun};
         Bench s(b.scene, {});
-        const Image image = s.renderer->render(viewOf(s.scene, 8, 8), 16, {1, 0, 0});
+        const Image image = s.renderer->render(viewOf(s.scene, 8, 8), 16, {1, 0, 0}, s.plan, &s.result);
         const auto radiance = [&](const glm::dvec3& normal) { return 1e6 * 0.5 / glm::pi<double>() * -glm::dot(normal, glm::dvec3(sun.direction)); };
         for (const float v : image.values) {
             // A pixel on the diagonal shows both triangles.

@@ -24,7 +24,7 @@ Parameter& valueOf(Scene& scene, std::uint32_t material, SlotKind kind) { return
 
 MeanError meanOver(Bench& s, const View& view, std::uint32_t spp, std::uint32_t seeds) {
     std::vector<double> means;
-    for (std::uint32_t i = 0; i < seeds; ++i) means.push_back(meanOf(s.renderer->render(view, spp, {100 + i, 0, 0})));
+    for (std::uint32_t i = 0; i < seeds; ++i) means.push_back(meanOf(s.renderer->render(view, spp, {100 + i, 0, 0}, s.plan, &s.result)));
     return statistics(means);
 }
 
@@ -75,11 +75,11 @@ TEST(ExtremeTransport, SunInTwoTexels) {
         bias.add(plain.mean, plain.standardError, truth, 1e-5 * truth, [&] { return "rows " + std::to_string(height) + ": " + std::to_string(plain.mean) + " truth " + std::to_string(truth); });
         std::vector<std::vector<double>> ignored;
         for (std::uint32_t i = 0; i < 3; ++i) {
-            s.renderer->setSampling({.record = true});
-            s.renderer->reverse(view, 32, {7, i, 3}, Image(8, 8, 3, 1.0f), {}, {}, ignored);
+            s.plan = {.record = true};
+            s.result = s.renderer->reverse(view, 32, {7, i, 3}, Image(8, 8, 3, 1.0f), {}, {}, ignored, s.plan);
             s.renderer->updateGuide();
         }
-        s.renderer->setSampling({.kind = Sampling::Conditional});
+        s.plan = {.method = {Sampling::Conditional}};
         const MeanError guided = meanOver(s, view, 256, 16);
         bias.add(guided.mean, guided.standardError, truth, 1e-5 * truth, [&] { return "guided, rows " + std::to_string(height) + ": " + std::to_string(guided.mean) + " truth " + std::to_string(truth); });
         EXPECT_EQ(dropped(s), 0u);
@@ -130,7 +130,7 @@ TEST(ExtremeTransport, LampInItsOwnPlane) {
         RenderConfig config;
         config.maxDepth = 4;
         Bench s(b.scene, {}, config);
-        for (const float v : s.renderer->render(viewOf(s.scene, 32, 32), 64, {1, 0, 0}).values)
+        for (const float v : s.renderer->render(viewOf(s.scene, 32, 32), 64, {1, 0, 0}, s.plan, &s.result).values)
             worst.compare(double(v), 2, [&] { return "scale " + std::to_string(scale) + ": " + std::to_string(v); });
         EXPECT_EQ(dropped(s), 0u);
     }
@@ -164,7 +164,7 @@ TEST(ExtremeTransport, ManyEqualSamples) {
         config.maxDepth = 2;
         Bench s(b.scene, {}, config);
         const bool tiny = emission < 1e-30f;
-        const Image image = s.renderer->render(viewOf(s.scene, 1, 1), tiny ? 16 : 1u << 20, {1, 0, 0});
+        const Image image = s.renderer->render(viewOf(s.scene, 1, 1), tiny ? 16 : 1u << 20, {1, 0, 0}, s.plan, &s.result);
         for (const float v : image.values) {
             const auto where = [&] { return std::to_string(std::log10(emission)) + ": " + std::to_string(v); };
             if (tiny) denormal.add(std::abs(double(v)), where);
@@ -194,7 +194,7 @@ TEST(ExtremeTextures, OneTexel) {
     Worst worst("texture | image of a textured floor | 1 x 1", "8 x 8 of one value", 1e-6);
     const auto image = [&](std::uint32_t edge) {
         Bench s(texturedFloor(edge, SlotKind::BaseColor), {});
-        return s.renderer->render(viewOf(s.scene, 16, 16), 16, {1, 0, 0});
+        return s.renderer->render(viewOf(s.scene, 16, 16), 16, {1, 0, 0}, s.plan, &s.result);
     };
     const Image one = image(1), many = image(8);
     for (std::size_t i = 0; i < one.values.size(); ++i) worst.compare(double(one.values[i]), double(many.values[i]), [&] { return std::to_string(i); });
@@ -205,13 +205,13 @@ TEST(ExtremeTextures, FullLargest) {
     Worst value("texture | image of a textured floor | 8192 x 8192", "8 x 8 of one value", 1e-6);
     Bench s(texturedFloor(8192, SlotKind::Roughness), {"floor.roughness"}), small(texturedFloor(8, SlotKind::Roughness), {"floor.roughness"});
     const View view = viewOf(s.scene, 32, 32);
-    const Image image = s.renderer->render(view, 16, {1, 0, 0}), truth = small.renderer->render(viewOf(small.scene, 32, 32), 16, {1, 0, 0});
+    const Image image = s.renderer->render(view, 16, {1, 0, 0}, s.plan, &s.result), truth = small.renderer->render(viewOf(small.scene, 32, 32), 16, {1, 0, 0}, small.plan, &small.result);
     for (std::size_t i = 0; i < image.values.size(); ++i) value.compare(double(image.values[i]), double(truth.values[i]), [&] { return std::to_string(i); });
     std::vector<std::vector<double>> gradients;
-    s.renderer->reverse(view, 16, {1, 0, 1}, Image(32, 32, 3, 1.0f), {}, {}, gradients);
+    s.result = s.renderer->reverse(view, 16, {1, 0, 1}, Image(32, 32, 3, 1.0f), {}, {}, gradients, s.plan);
     double total = 0;
     for (const double g : gradients[0]) total += g;
-    const Image forward = s.renderer->forward(view, 16, {1, 0, 1}, s.config.differentiable, s.ones());
+    const Image forward = s.renderer->forward(view, 16, {1, 0, 1}, s.config.differentiable, s.ones(), s.plan, &s.result);
     sum.compare(total, meanOf(forward) * double(forward.values.size()), [&] { return std::to_string(total); });
 }
 

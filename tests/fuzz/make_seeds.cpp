@@ -339,15 +339,15 @@ SdTree learnedTree() {
 }
 
 void writeGuides(const Folder& out) {
-    GuideRecord record;
-    record.geometry = 0x1234;
-    record.parameters = {"wall.baseColor", "lamp.emission"};
-    record.figures[Sampling::Bsdf] = {0.5, 3, 2};
-    record.figures[Sampling::Conditional] = {0.25, 4, 2};
-    record.rouletteFigures[Sampling::Conditional] = {0.2, 5, 1};
-    record.imageFigures[Sampling::Primal] = {0.1, 3, 4};
-    record.reference = 0.75;
-    saveGuide(out.path / "learned.guide", learnedTree(), record);
+    GuideContext context;
+    context.geometry = 0x1234;
+    context.parameters = {"wall.baseColor", "lamp.emission"};
+    context.figures[Sampling::Bsdf] = {0.5, 3, 2};
+    context.figures[Sampling::Conditional] = {0.25, 4, 2};
+    context.rouletteFigures[Sampling::Conditional] = {0.2, 5, 1};
+    context.imageFigures[Sampling::Primal] = {0.1, 3, 4};
+    context.reference = 0.75;
+    saveGuide(out.path / "learned.guide", learnedTree(), context);
     SdTreeConfig small;
     small.maxNodes = 1;
     saveGuide(out.path / "empty.guide", SdTree(glm::vec3(0), glm::vec3(1), small), {});

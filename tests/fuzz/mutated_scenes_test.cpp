@@ -115,14 +115,12 @@ class MutatedScenes : public testing::Test {
         std::vector<std::vector<double>> gradients;
         for (std::size_t camera = 0; camera < std::min<std::size_t>(scene.cameras.size(), 2); ++camera) {
             const View view{&scene.cameras[camera], kWidth, kHeight};
-            renderer.setSampling({});
             expectFinite(renderer.render(view, 1, {1, 0, 0}).values, "image");
-            renderer.setSampling({.kind = Sampling::Conditional});
             if (forward_)
-                expectFinite(renderer.forward(view, 1, {1, 0, 1}, config.differentiable, ones).values, "derivative");
-            renderer.setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = 1});
+                expectFinite(renderer.forward(view, 1, {1, 0, 1}, config.differentiable, ones, {.method = {Sampling::Conditional}}).values, "derivative");
+            const PassPlan plan{.method = {Sampling::Conditional, true}, .record = true, .reference = 1};
             for (std::uint32_t step = 0; step < 2; ++step) {
-                renderer.reverse(view, 2, {1, step, 1}, adjoint, {}, {}, gradients);
+                renderer.reverse(view, 2, {1, step, 1}, adjoint, {}, {}, gradients, plan);
                 renderer.updateGuide();
             }
         }

@@ -1,7 +1,8 @@
 // The command line, an argument a line, and after an empty line the file that --config run.json stands for. Parsed and checked, not run.
-#include "app/compare_methods.h"
-#include "app/optimize_options.h"
-#include "app/options.h"
+#include "app/parse_options.h"
+#include "lab/compare_methods.h"
+#include "session/optimize_options.h"
+#include "session/options.h"
 #include "fuzz.h"
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
-// When trials of other ways of sampling are allowed.
-#include "guiding/exploration.h"
+// When trials of other methods of sampling are allowed.
+#include "guiding/policy/exploration.h"
 
 #include <gtest/gtest.h>
 

@@ -23,7 +23,7 @@ class GuideFileTest : public testing::Test {
 
     fs::path file() const { return folder_ / "some.guide"; }
 
-    // A grown tree of few bytes, and a record with something everywhere.
+    // A grown tree of few bytes, and a context with something everywhere.
     static SdTree smallTree(std::uint32_t cellRecords = 500) {
         SdTreeConfig config;
         config.cellRecords = cellRecords;
@@ -34,15 +34,15 @@ class GuideFileTest : public testing::Test {
             tree.update(place(tree, randomSamples(tree.lower(), tree.upper(), 2000, i)));
         return tree;
     }
-    static GuideRecord someRecord() {
-        GuideRecord record;
-        record.geometry = 0x0123456789abcdef;
-        record.parameters = {"painting.baseColor", "", "wall\n\"\xc3\xa4\".roughness"};
-        record.figures[Sampling::Bsdf] = {1.0 / 3, 7.25, 8};
-        record.figures[Sampling::Conditional] = {0.1, 9, 8};
-        record.rouletteFigures[Sampling::Primal] = {std::numeric_limits<double>::denorm_min(), 1e300, ~0u};
-        record.reference = 0.7;
-        return record;
+    static GuideContext someContext() {
+        GuideContext context;
+        context.geometry = 0x0123456789abcdef;
+        context.parameters = {"painting.baseColor", "", "wall\n\"\xc3\xa4\".roughness"};
+        context.figures[Sampling::Bsdf] = {1.0 / 3, 7.25, 8};
+        context.figures[Sampling::Conditional] = {0.1, 9, 8};
+        context.rouletteFigures[Sampling::Primal] = {std::numeric_limits<double>::denorm_min(), 1e300, ~0u};
+        context.reference = 0.7;
+        return context;
     }
 
     // The message of the refusal; empty if the file is taken.
@@ -74,12 +74,12 @@ class GuideFileTest : public testing::Test {
 };
 
 TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {
-    const GuideRecord record = someRecord();
+    const GuideContext context = someContext();
     const SdTree grown = smallTree();
     ASSERT_GT(grown.cells().size(), 3u);
     const SdTree empty({0, 0, 0}, {1, 1, 1}, {});
     for (const SdTree* tree : {&grown, &empty}) {
-        saveGuide(file(), *tree, record);
+        saveGuide(file(), *tree, context);
         LoadedGuide loaded = loadGuide(file());
         SdTree expected = *tree;
         for (GuideCell& cell : expected.cells())
@@ -89,11 +89,11 @@ TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {
         const SdTreeConfig &a = loaded.tree.config(), &b = tree->config();
         EXPECT_EQ(std::tie(a.cellRecords, a.directionShare, a.forgetting, a.maxQuadDepth, a.maxSpatialDepth, a.maxNodes),
                   std::tie(b.cellRecords, b.directionShare, b.forgetting, b.maxQuadDepth, b.maxSpatialDepth, b.maxNodes));
-        EXPECT_EQ(loaded.record.geometry, record.geometry);
-        EXPECT_EQ(loaded.record.parameters, record.parameters);
-        EXPECT_EQ(loaded.record.reference, record.reference);
+        EXPECT_EQ(loaded.context.geometry, context.geometry);
+        EXPECT_EQ(loaded.context.parameters, context.parameters);
+        EXPECT_EQ(loaded.context.reference, context.reference);
         for (const auto& [now, then] :
-             {std::pair(loaded.record.figures, record.figures), std::pair(loaded.record.rouletteFigures, record.rouletteFigures)}) {
+             {std::pair(loaded.context.figures, context.figures), std::pair(loaded.context.rouletteFigures, context.rouletteFigures)}) {
             ASSERT_EQ(now.size(), then.size());
             for (const auto& [kind, f] : then) {
                 ASSERT_TRUE(now.contains(kind));
@@ -103,7 +103,7 @@ TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {
             }
         }
         const Bytes first = readFile(file());
-        saveGuide(file(), loaded.tree, loaded.record);
+        saveGuide(file(), loaded.tree, loaded.context);
         EXPECT_EQ(readFile(file()), first);
         // It learns on as the one that was saved.
         const std::vector<CellRecords> more = place(expected, randomSamples(tree->lower(), tree->upper(), 2000, 9));
@@ -114,7 +114,7 @@ TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {
 }
 
 TEST_F(GuideFileTest, RefusesEveryPrefix) {
-    saveGuide(file(), smallTree(1500), someRecord());
+    saveGuide(file(), smallTree(1500), someContext());
     const Bytes whole = readFile(file());
     ASSERT_LT(whole.size(), 50'000u) << "or this test takes long";
     for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -128,7 +128,7 @@ TEST_F(GuideFileTest, RefusesEveryPrefix) {
 }
 
 TEST_F(GuideFileTest, RefusesEveryPrefixOfTheContents) {
-    saveGuide(file(), smallTree(5000), someRecord());
+    saveGuide(file(), smallTree(5000), someContext());
     const Bytes whole = readFile(file());
     constexpr std::size_t kFrame = 20 + 8; // header and checksum
     for (std::size_t size = 0; size + kFrame < whole.size(); ++size) {
@@ -142,7 +142,7 @@ TEST_F(GuideFileTest, RefusesEveryPrefixOfTheContents) {
 }
 
 TEST_F(GuideFileTest, RefusesFlippedBits) {
-    saveGuide(file(), smallTree(), someRecord());
+    saveGuide(file(), smallTree(), someContext());
     const Bytes whole = readFile(file());
     std::mt19937 random(1);
     for (int i = 0; i < 2000; ++i) {
@@ -154,7 +154,7 @@ TEST_F(GuideFileTest, RefusesFlippedBits) {
 
 // With the checksum made right: refused, or a tree in which everything holds and that can go on learning.
 TEST_F(GuideFileTest, SurvivesHostileContents) {
-    saveGuide(file(), smallTree(5000), someRecord());
+    saveGuide(file(), smallTree(5000), someContext());
     const Bytes whole = readFile(file());
     std::mt19937 random(2);
     int taken = 0, refused = 0;
@@ -177,7 +177,7 @@ TEST_F(GuideFileTest, SurvivesHostileContents) {
 }
 
 TEST_F(GuideFileTest, SaysWhatIsWrong) {
-    saveGuide(file(), smallTree(), someRecord());
+    saveGuide(file(), smallTree(), someContext());
     const Bytes whole = readFile(file());
     Bytes bytes = whole;
     bytes[8] = 3;

@@ -1,7 +1,7 @@
 // Quadtree nodes as kernels read them, and the order that this needs.
-#include "guiding/quadtree_texels.h"
+#include "guiding/field/quadtree_texels.h"
 
-#include "guiding/quadtree.h"
+#include "guiding/field/quadtree.h"
 #include "shared/guide.h"
 
 #include <gtest/gtest.h>

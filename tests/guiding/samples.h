@@ -1,7 +1,7 @@
 // Records as a pass would leave them, made up: samples of position, direction and value, placed into a guide's cells.
 #pragma once
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 
 #include <random>
 

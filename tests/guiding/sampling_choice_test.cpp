@@ -1,5 +1,5 @@
-// The automatic choice of a way to sample.
-#include "guiding/sampling_choice.h"
+// The automatic choice of a method to sample.
+#include "guiding/policy/sampling_choice.h"
 
 #include <gtest/gtest.h>
 
@@ -11,22 +11,22 @@
 namespace cmpg {
 namespace {
 
-const SamplingWay kPlain{Sampling::Bsdf, false}, kLight{Sampling::Primal, false}, kMixture{Sampling::Conditional, false},
+const SamplingMethod kPlain{Sampling::Bsdf, false}, kLight{Sampling::Primal, false}, kMixture{Sampling::Conditional, false},
     kSplit{Sampling::Conditional, true};
 
 SamplingChoice allWays() { return SamplingChoice({kPlain, kLight, kMixture, kSplit}); }
 
-const SamplingWay kPlainSplit{Sampling::Bsdf, true}, kLightSplit{Sampling::Primal, true};
+const SamplingMethod kPlainSplit{Sampling::Bsdf, true}, kLightSplit{Sampling::Primal, true};
 
-// A round of trials in which passes measure the scores `scoreOf` says. Returns the ways tried, those of the passes that only learn among them.
-template <class Score> std::vector<SamplingWay> round(SamplingChoice& choice, Score&& scoreOf) {
-    std::vector<SamplingWay> tried;
+// A round of trials in which passes measure the scores `scoreOf` says. Returns the methods tried, those of the passes that only learn among them.
+template <class Score> std::vector<SamplingMethod> round(SamplingChoice& choice, Score&& scoreOf) {
+    std::vector<SamplingMethod> tried;
     while (const std::optional<SamplingChoice::Trial> trial = choice.trial()) {
-        tried.push_back(trial->way);
+        tried.push_back(trial->method);
         EXPECT_EQ(trial->first, tried.size() == 1);
         EXPECT_EQ(trial->measured, tried.size() == 1 || tried.size() > 3);
-        choice.observe(trial->way, scoreOf(trial->way), 1);
-        choice.endTrial(trial->way);
+        choice.observe(trial->method, scoreOf(trial->method), 1);
+        choice.endTrial(trial->method);
     }
     return tried;
 }
@@ -36,7 +36,7 @@ TEST(SamplingChoice, LearnsThenTriesAllWaysOnce) {
     EXPECT_EQ(choice.best(), kPlain); // nothing measured
     for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(choice.figures(i).passes, 0u);
-    EXPECT_EQ(round(choice, [](const SamplingWay&) { return 1; }), (std::vector{kPlain, kSplit, kSplit, kSplit, kMixture, kLight}));
+    EXPECT_EQ(round(choice, [](const SamplingMethod&) { return 1; }), (std::vector{kPlain, kSplit, kSplit, kSplit, kMixture, kLight}));
     EXPECT_FALSE(choice.trial());
     SamplingChoice later = allWays();
     later.restore(choice.state());
@@ -46,21 +46,21 @@ TEST(SamplingChoice, LearnsThenTriesAllWaysOnce) {
 
 // Guides gain more than a factor of four: what roulette does without them is not asked.
 TEST(SamplingChoice, TriesNoWayThatCannotWin) {
-    const std::vector<SamplingWay> all{kPlain, kMixture, kLight, kPlainSplit, kSplit, kLightSplit};
+    const std::vector<SamplingMethod> all{kPlain, kMixture, kLight, kPlainSplit, kSplit, kLightSplit};
     const auto scores = [](double mixtureSplit) {
-        return [=](const SamplingWay& w) { return w == kPlain ? 20.0 : w == kPlainSplit ? 2.0 : w == kSplit ? mixtureSplit : w.roulette ? 1.5 : 3.0; };
+        return [=](const SamplingMethod& w) { return w == kPlain ? 20.0 : w == kPlainSplit ? 2.0 : w == kSplit ? mixtureSplit : w.roulette ? 1.5 : 3.0; };
     };
     SamplingChoice gains(all);
     EXPECT_EQ(round(gains, scores(1.4)), (std::vector{kPlain, kLightSplit, kLightSplit, kLightSplit, kSplit, kMixture}));
     EXPECT_EQ(gains.best(), kSplit);
-    // Guides that gain less than a factor of four leave the unguided way its chance.
+    // Guides that gain less than a factor of four leave the unguided method its chance.
     SamplingChoice little(all);
-    EXPECT_EQ(round(little, [](const SamplingWay& w) { return w == kPlain ? 5.0 : w == kPlainSplit ? 0.5 : w == kSplit ? 1.4 : w.roulette ? 1.5 : 3.0; }),
+    EXPECT_EQ(round(little, [](const SamplingMethod& w) { return w == kPlain ? 5.0 : w == kPlainSplit ? 0.5 : w == kSplit ? 1.4 : w.roulette ? 1.5 : 3.0; }),
               (std::vector{kPlain, kLightSplit, kLightSplit, kLightSplit, kSplit, kPlainSplit}));
     EXPECT_EQ(little.best(), kPlainSplit);
     // Here roulette makes everything worse.
     SamplingChoice loses(all);
-    const auto tried = round(loses, [](const SamplingWay& w) { return w.roulette ? 10.0 : w == kMixture ? 1.0 : 2.0; });
+    const auto tried = round(loses, [](const SamplingMethod& w) { return w.roulette ? 10.0 : w == kMixture ? 1.0 : 2.0; });
     EXPECT_EQ(tried.size(), 8u);
     EXPECT_EQ(loses.best(), kMixture);
 }
@@ -88,34 +88,34 @@ TEST(SamplingChoice, TakesTheLeastVarianceTimesCost) {
     nothing.observe(kPlain, 0, 5);
     nothing.observe(kMixture, 0, 5);
     EXPECT_EQ(nothing.best(), kPlain);
-    choice.observe({Sampling::Uniform, false}, 0, 0); // not among the ways
+    choice.observe({Sampling::Uniform, false}, 0, 0); // not among the methods
     EXPECT_EQ(choice.best(), kSplit);
 }
 
 TEST(SamplingChoice, GoesOnTryingTheOthers) {
     SamplingChoice choice = allWays();
     for (std::size_t i = 0; i < 4; ++i)
-        choice.observe(choice.ways()[i], i == 2 ? 1 : i == 3 ? 9 : 2, 1);
+        choice.observe(choice.methods()[i], i == 2 ? 1 : i == 3 ? 9 : 2, 1);
     std::vector<int> tried(4, 0); // passes
     for (std::uint32_t pass = 8; pass < 1032; ++pass)
         for (std::size_t i = 0; i < 4; ++i)
-            tried[i] += choice.next(pass) == choice.ways()[i];
+            tried[i] += choice.next(pass) == choice.methods()[i];
     EXPECT_GT(tried[2], 950); // most passes by the best
     EXPECT_GE(tried[0], 5);
     EXPECT_GE(tried[1], 5);
     EXPECT_EQ(tried[3], 0); // hopeless
 }
 
-// Moments say that the mixture is best; the unguided way's passes differ less than its moments say.
+// Moments say that the mixture is best; the unguided method's passes differ less than its moments say.
 TEST(SamplingChoice, BelievesRepetitionsOnceAllMeasuredWaysHaveThem) {
     SamplingChoice choice = allWays();
     for (std::size_t i = 0; i < 4; ++i)
-        choice.observe(choice.ways()[i], i == 2 ? 1 : 4, 1);
+        choice.observe(choice.methods()[i], i == 2 ? 1 : 4, 1);
     EXPECT_EQ(choice.best(), kMixture);
     choice.observeRepetition(kPlain, 0.1);
     choice.observeRepetition(kLight, 0.8);
     choice.observeRepetition(kMixture, 0.6);
-    EXPECT_EQ(choice.best(), kMixture); // the last way was measured, and its ratio is not known
+    EXPECT_EQ(choice.best(), kMixture); // the last method was measured, and its ratio is not known
     SamplingChoice fewer({kPlain, kMixture, kSplit});
     fewer.observe(kPlain, 4, 1);
     fewer.observe(kMixture, 1, 1);
@@ -143,9 +143,9 @@ TEST(SamplingChoice, BelievesRepetitionsOnceAllMeasuredWaysHaveThem) {
 TEST(SamplingChoice, RestsWhereNoGuidePays) {
     SamplingChoice choice = allWays();
     for (std::size_t i = 0; i < 4; ++i)
-        choice.observe(choice.ways()[i], i == 0 ? 1 : 2, 1);
+        choice.observe(choice.methods()[i], i == 0 ? 1 : 2, 1);
     EXPECT_FALSE(choice.rests(20)); // the round of trials is to come
-    round(choice, [](const SamplingWay& w) { return w == kPlain ? 1 : 2; });
+    round(choice, [](const SamplingMethod& w) { return w == kPlain ? 1 : 2; });
     std::vector<std::uint32_t> learns;
     for (std::uint32_t pass = 0; pass < 80; ++pass)
         if (!choice.rests(pass))
@@ -156,14 +156,14 @@ TEST(SamplingChoice, RestsWhereNoGuidePays) {
     for (std::uint32_t pass = 0; pass < 50; ++pass)
         EXPECT_FALSE(choice.rests(pass)) << pass;
     SamplingChoice split({kPlain, {Sampling::Bsdf, true}}); // roulette goes by what the cells know
-    round(split, [](const SamplingWay& w) { return w == kPlain ? 2 : 1; });
+    round(split, [](const SamplingMethod& w) { return w == kPlain ? 2 : 1; });
     for (std::uint32_t pass = 0; pass < 50; ++pass)
         EXPECT_FALSE(split.rests(pass)) << pass;
 }
 
 // A ray of a guided path costs more than one of an unguided path, and so does one of a split path.
 TEST(SamplingChoice, CountsWhatARayCosts) {
-    const SamplingWay split{Sampling::Bsdf, true};
+    const SamplingMethod split{Sampling::Bsdf, true};
     SamplingChoice choice({kPlain, kMixture, split});
     choice.observe(kPlain, 1, 5);
     choice.observe(kMixture, 0.8, 5);
@@ -173,7 +173,7 @@ TEST(SamplingChoice, CountsWhatARayCosts) {
     EXPECT_NEAR(choice.score(2), 0.4 * 11 * 1.2, 1e-12);
 }
 
-// What drifts for the way in use drifts for all: the order of the ways stays, and none looks hopeless for having been measured long ago.
+// What drifts for the method in use drifts for all: the order of the methods stays, and none looks hopeless for having been measured long ago.
 TEST(SamplingChoice, KeepsTheOrderWhileTheAdjointDrifts) {
     SamplingChoice choice({kPlain, kMixture});
     choice.observe(kPlain, 3, 7);
@@ -182,7 +182,7 @@ TEST(SamplingChoice, KeepsTheOrderWhileTheAdjointDrifts) {
         choice.observe(kMixture, 2e-3, 7 / 1.3, true);
     EXPECT_NEAR(choice.figures(0).variance / choice.figures(1).variance, 1.5, 1e-9);
     EXPECT_NEAR(choice.figures(1).variance, 2e-3, 1e-6);
-    choice.observe(kPlain, 1e-4, 7, true); // a trial of another way is news of that way alone
+    choice.observe(kPlain, 1e-4, 7, true); // a trial of another method is news of that method alone
     EXPECT_NEAR(choice.figures(1).variance, 2e-3, 1e-6);
     EXPECT_EQ(choice.best(), kPlain);
 }
@@ -207,18 +207,18 @@ TEST(SamplingChoice, FollowsChanges) {
 // Equal observations, equal choices; figures that were saved decide as the run that saved them.
 TEST(SamplingChoice, RepeatsItself) {
     const auto run = [](SamplingChoice& choice) {
-        std::vector<SamplingWay> chosen;
+        std::vector<SamplingMethod> chosen;
         for (std::uint32_t pass = 0; pass < 100; ++pass) {
-            const SamplingWay way = choice.next(pass);
-            chosen.push_back(way);
-            choice.observe(way, 1.0 / (1 + pass % 7) + double(int(way.kind)) / 10, way.roulette ? 12 : 5);
+            const SamplingMethod method = choice.next(pass);
+            chosen.push_back(method);
+            choice.observe(method, 1.0 / (1 + pass % 7) + double(int(method.kind)) / 10, method.roulette ? 12 : 5);
         }
         return chosen;
     };
     SamplingChoice a = allWays(), b = allWays(), loaded = allWays();
     EXPECT_EQ(run(a), run(b));
     for (std::size_t i = 0; i < 4; ++i)
-        loaded.setFigures(a.ways()[i], a.figures(i));
+        loaded.setFigures(a.methods()[i], a.figures(i));
     EXPECT_EQ(loaded.best(), a.best());
     for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(loaded.score(i), a.score(i));
@@ -233,18 +233,18 @@ std::vector<double> noisy(std::mt19937& random, double variance, std::size_t ent
     return result;
 }
 
-// Moments of single paths put the unguided way at 8, the truth is 1, as of Sobol points that do well.
+// Moments of single paths put the unguided method at 8, the truth is 1, as of Sobol points that do well.
 TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
     std::mt19937 random(7);
     SamplingChoice choice({kPlain, kMixture, {Sampling::Bsdf, true}, kSplit});
-    const auto pass = [&](const SamplingWay& way, double moments, double truth) {
-        choice.observe(way, moments, 10);
-        choice.observeResult(way, noisy(random, truth / 2), 2);
+    const auto pass = [&](const SamplingMethod& method, double moments, double truth) {
+        choice.observe(method, moments, 10);
+        choice.observeResult(method, noisy(random, truth / 2), 2);
     };
     pass(kPlain, 8, 1);
     pass(kMixture, 4, 3);
     pass(kPlain, 8, 1);
-    EXPECT_EQ(choice.best(), kMixture); // one pass of the other way tells no difference
+    EXPECT_EQ(choice.best(), kMixture); // one pass of the other method tells no difference
     EXPECT_DOUBLE_EQ(choice.figures(0).variance, 8);
     pass(kMixture, 4, 3);
     EXPECT_EQ(choice.best(), kPlain);
@@ -256,7 +256,7 @@ TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
     EXPECT_DOUBLE_EQ(choice.figures(2).variance, 0.5 * choice.figures(0).variance);
     EXPECT_EQ(choice.best(), kPlain);
     choice.observeRoulette(Sampling::Bsdf, 0.25, 3);
-    EXPECT_EQ(choice.best(), (SamplingWay{Sampling::Bsdf, true}));
+    EXPECT_EQ(choice.best(), (SamplingMethod{Sampling::Bsdf, true}));
     EXPECT_EQ(choice.bestKind(), Sampling::Bsdf);
 
     // What an optimisation estimates changes from step to step, and the differences with it.

@@ -1,5 +1,5 @@
 // Every step of an update against a second way to do it.
-#include "guiding/quadtree.h"
+#include "guiding/field/quadtree.h"
 #include "guiding/samples.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // Published guides without a device.
 #include "guide_table.h"
 
-#include "guiding/quadtree.h"
-#include "guiding/quadtree_texels.h"
+#include "guiding/field/quadtree.h"
+#include "guiding/field/quadtree_texels.h"
 #include "guiding/samples.h"
 #include "shared/guide.h"
 #include "statistics.h"

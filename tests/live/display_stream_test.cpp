@@ -1,5 +1,5 @@
 // The stream of images to a display: what arrives, and that nobody waits for a bad one.
-#include "live/display_stream.h"
+#include "imaging/display_stream.h"
 
 #include "base/error.h"
 

@@ -1,10 +1,10 @@
 // The optimisation of a session: the steps of the headless one, whatever is asked for between and during them.
 #include "live_fixture.h"
 
-#include "app/optimize_options.h"
-#include "app/parameter_values.h"
-#include "app/targets.h"
 #include "optimize/renderer_model.h"
+#include "session/optimize_options.h"
+#include "session/parameter_values.h"
+#include "session/targets.h"
 
 #include <fstream>
 
@@ -45,7 +45,7 @@ class LiveOptimize : public testing::Test {
         render.differentiable = parameters;
         render.maxDepth = *options_.maxDepth;
         render.guiding = true;
-        render.differences = options_.sppDifference > 0;
+        render.differences = options_.recovery.sppDifference > 0;
         Renderer renderer(device, scene, render);
         GuidedPasses passes(renderer, {.sampling = options_.sampling});
         passes.setLearning(true);

@@ -1,7 +1,7 @@
 // Clicks on the picture: surface, cell, distributions.
 #include "live_fixture.h"
 
-#include "guiding/sd_tree.h"
+#include "guiding/field/sd_tree.h"
 #include "live/camera_ray.h"
 
 #include <algorithm>
@@ -91,7 +91,7 @@ TEST(LivePick, RaysAreThoseOfTheRenderer) {
     constexpr int kEdge = 48;
     const View view{&scene.cameras.front(), kEdge, kEdge / 2};
     Layers layers;
-    renderer.render(view, 256, {}, &layers);
+    renderer.render(view, 256, {}, {}, nullptr, &layers);
     const CameraRays rays(view);
     int near = 0;
     for (int y = 0; y < view.height; ++y)

@@ -1,9 +1,9 @@
 // Images and gradient images of a session are those of the headless commands; settings may change at any time.
 #include "live_fixture.h"
 
-#include "app/parameter_values.h"
-#include "app/session.h"
 #include "render/guided_passes.h"
+#include "session/parameter_values.h"
+#include "session/session.h"
 
 namespace cmpg::test {
 namespace {
@@ -71,7 +71,7 @@ TEST(LiveRefine, TrainingIsThatOfGradientWithTrain) {
     passes.trainForward(headless.view, 8, 3, options.seed, parameters, ones);
     const Image gradient = passes.forward(headless.view, 8, {.seed = options.seed, .pass = 1}, parameters, ones);
     EXPECT_EQ(state->picture(LivePicture::Gradient)->values, gradient.values);
-    EXPECT_EQ(state->sampling, passes.decision().kind);
+    EXPECT_EQ(state->sampling, passes.decision().method.kind);
 }
 
 TEST(LiveRefine, AStormOfSettingsEndsWithTheLastOne) {
@@ -103,7 +103,7 @@ TEST(LiveRefine, AStormOfSettingsEndsWithTheLastOne) {
     headless.view.camera = &moved;
     headless.view.width = 20;
     Layers layers;
-    EXPECT_EQ(state->picture(LivePicture::Image)->values, renderer.render(headless.view, 4, {.seed = options.seed}, &layers).values);
+    EXPECT_EQ(state->picture(LivePicture::Image)->values, renderer.render(headless.view, 4, {.seed = options.seed}, {}, nullptr, &layers).values);
     EXPECT_EQ(state->picture(LivePicture::Albedo)->values, layers.albedo.values);
     EXPECT_EQ(state->error.number, 0u) << state->error.what;
 }

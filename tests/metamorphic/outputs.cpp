@@ -59,20 +59,17 @@ Outputs run(const Scene& scene, const Setup& setup, const Directions& directions
     std::vector<std::vector<double>> gradients;
     double reference = 0;
     for (std::uint32_t i = 0; config.guiding && i < 2; ++i) {
-        renderer.setSampling({.record = true});
-        renderer.reverse(view, 16, {passes.firstSeed, i, 3}, adjoint, {}, {}, gradients);
-        reference = renderer.lastPass().reference;
+        reference = renderer.reverse(view, 16, {passes.firstSeed, i, 3}, adjoint, {}, {}, gradients, {.record = true}).reference;
         renderer.updateGuide();
     }
     Outputs out;
     for (std::uint32_t i = 0; i < passes.count; ++i) {
         const PassKey key{passes.firstSeed, i, 0};
-        renderer.setSampling({.kind = setup.guided});
-        out.image.push_back(renderer.render(view, passes.spp, key));
-        out.forward.push_back(renderer.forward(view, passes.spp, key, config.differentiable, along));
-        renderer.setSampling({.kind = setup.guided, .roulette = setup.roulette, .reference = reference});
+        const PassPlan plan{.method = {setup.guided}};
+        out.image.push_back(renderer.render(view, passes.spp, key, plan));
+        out.forward.push_back(renderer.forward(view, passes.spp, key, config.differentiable, along, plan));
         gradients.clear();
-        renderer.reverse(view, passes.spp, key, adjoint, {}, {}, gradients);
+        renderer.reverse(view, passes.spp, key, adjoint, {}, {}, gradients, {.method = {setup.guided, setup.roulette}, .reference = reference});
         out.reverse.emplace_back(directions.size());
         for (std::size_t k = 0; k < gradients.size(); ++k)
             out.reverse.back()[config.differentiable[k]] = gradients[k];

@@ -57,7 +57,7 @@ TEST(AlphaMask, EmitterShowsThroughTheHoles) {
     b.camera(1);
     Bench s(b.scene, {});
     Layers layers;
-    expectCells(s.renderer->render(viewOf(s.scene, kSize, kSize), 16, {1, 0, 0}, &layers), 3, isHole);
+    expectCells(s.renderer->render(viewOf(s.scene, kSize, kSize), 16, {1, 0, 0}, {}, nullptr, &layers), 3, isHole);
     // The first hit is the lamp through a hole, the sheet elsewhere.
     EXPECT_NEAR(meanOf(layers.depth), 1.5, 1e-3);
 }

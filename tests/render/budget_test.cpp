@@ -30,11 +30,11 @@ void expectBudgetHolds(int edge, std::uint64_t budget) {
         GuidedBench s(name, {"*.baseColor"}, edge, config, own);
         const double reference = s.train(1, 1);
         const std::uint64_t before = own.memory().byKind[std::size_t(MemoryKind::Guide)];
-        s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = reference});
+        s.plan = {.method = {Sampling::Conditional, true}, .record = true, .reference = reference};
         s.gradient(1, {1, 0, 1});
-        s.renderer->setSampling({});
-        s.renderer->render(s.view, 1, {1, 0, 0});
-        s.renderer->forward(s.view, 1, {1, 0, 1}, s.config.differentiable, s.directions);
+        s.plan = {};
+        s.renderer->render(s.view, 1, {1, 0, 0}, s.plan, &s.result);
+        s.renderer->forward(s.view, 1, {1, 0, 1}, s.config.differentiable, s.directions, s.plan, &s.result);
         const MemoryUse& used = own.memory();
         EXPECT_LE(used.peakByKind[std::size_t(MemoryKind::Transient)], budget) << name;
         EXPECT_LE(before, std::uint64_t(config.guideMemory) * 5 / 4) << name; // what grows with the cells comes on top

@@ -19,12 +19,12 @@ Results run(const Scene& scene, const std::vector<std::string>& globs, RenderCon
     Bench s(scene, globs, config);
     const View view = viewOf(s.scene, 32, 24);
     Results r;
-    r.image = s.renderer->render(view, 4, {3, 0, 0});
-    r.forward = s.renderer->forward(view, 4, {3, 0, 1}, s.config.differentiable, s.ones());
+    r.image = s.renderer->render(view, 4, {3, 0, 0}, s.plan, &s.result);
+    r.forward = s.renderer->forward(view, 4, {3, 0, 1}, s.config.differentiable, s.ones(), s.plan, &s.result);
     Image adjoint(view.width, view.height, 3);
     for (std::size_t i = 0; i < adjoint.values.size(); ++i)
         adjoint.values[i] = 0.1f + float(i * 7919 % 101) / 100;
-    s.renderer->reverse(view, 4, {3, 0, 1}, adjoint, {}, {}, r.gradients);
+    s.result = s.renderer->reverse(view, 4, {3, 0, 1}, adjoint, {}, {}, r.gradients, s.plan);
     return r;
 }
 
@@ -73,10 +73,10 @@ TEST(Features, SameBitsGuided) {
         config.allFeatures = everything;
         GuidedBench s("door", {"painting.baseColor"}, 32, config);
         const double reference = s.train(3, 4);
-        s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = reference});
+        s.plan = {.method = {Sampling::Conditional, true}, .record = true, .reference = reference};
         gradients[everything] = s.gradient(4, {5, 0, 1});
-        s.renderer->setSampling({.kind = Sampling::Primal});
-        images[everything] = s.renderer->render(s.view, 4, {5, 0, 0});
+        s.plan = {.method = {Sampling::Primal}};
+        images[everything] = s.renderer->render(s.view, 4, {5, 0, 0}, s.plan, &s.result);
         ASSERT_GT(s.renderer->statistics().guided.size(), 0u);
     }
     EXPECT_EQ(different(gradients[0][0], gradients[1][0]), 0u);
@@ -87,8 +87,8 @@ TEST(Features, SameBitsGuided) {
 TEST(Features, FirstRecordedForwardPassHasItsDirection) {
     const auto first = [](bool record) {
         GuidedBench s("box", {"painting.baseColor"}, 16);
-        s.renderer->setSampling({.record = record});
-        return s.renderer->forward(s.view, 4, {5, 0, 1}, s.config.differentiable, s.directions);
+        s.plan = {.record = record};
+        return s.renderer->forward(s.view, 4, {5, 0, 1}, s.config.differentiable, s.directions, s.plan, &s.result);
     };
     const Image plain = first(false);
     ASSERT_GT(meanOf(plain), 0);
@@ -156,7 +156,7 @@ TEST(Features, MaterialsNobodyUsesAreNotUploaded) {
         ++t.material;
     EXPECT_EQ(uploaded(plain.scene), uploaded(last.scene));
     Bench a(plain.scene, {}), b(last.scene, {});
-    EXPECT_EQ(different(a.renderer->render(viewOf(a.scene, 16, 16), 4, {}).values, b.renderer->render(viewOf(b.scene, 16, 16), 4, {}).values), 0u);
+    EXPECT_EQ(different(a.renderer->render(viewOf(a.scene, 16, 16), 4, {}, a.plan, &a.result).values, b.renderer->render(viewOf(b.scene, 16, 16), 4, {}, b.plan, &b.result).values), 0u);
 }
 
 TEST(Features, TexturesNobodyReadsAreNotUploaded) {

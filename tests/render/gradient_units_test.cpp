@@ -34,7 +34,7 @@ struct Painting : Bench {
     }
     std::vector<double> gradient(const Image& adjoint) {
         std::vector<std::vector<double>> g;
-        renderer->reverse(view, 8, kKey, adjoint, {}, {}, g);
+        result = renderer->reverse(view, 8, kKey, adjoint, {}, {}, g, plan);
         return g.at(0);
     }
 };
@@ -79,7 +79,7 @@ TEST(GradientUnits, NoHistoryNorBudgetShows) {
 TEST(GradientUnits, RecordsAreLeftOnce) {
     Painting once(std::uint64_t(1) << 30, true), twice(std::uint64_t(1) << 30, true);
     const auto learn = [](Painting& s, float size) {
-        s.renderer->setSampling({.record = true});
+        s.plan = {.record = true};
         s.gradient(s.adjoint(size));
         s.renderer->updateGuide();
     };
@@ -89,7 +89,7 @@ TEST(GradientUnits, RecordsAreLeftOnce) {
     EXPECT_EQ(twice.renderer->statistics().repeatedPasses, 1u);
     EXPECT_EQ(once.renderer->guide().updates(), 1u);
     EXPECT_TRUE(same(once.renderer->guide(), twice.renderer->guide()));
-    EXPECT_EQ(once.renderer->lastPass().paths, twice.renderer->lastPass().paths);
+    EXPECT_EQ(once.result.paths, twice.result.paths);
 }
 
 TEST(GradientUnits, NothingContributedIsNotLookedForAgain) {
@@ -111,7 +111,7 @@ TEST(GradientUnits, LargeContributionsThatCancel) {
         adjoint.values[6 + c] = 1e-12f;
     }
     std::vector<std::vector<double>> g;
-    s.renderer->reverse(viewOf(s.scene, 3, 1), 4, kKey, adjoint, {}, {}, g);
+    s.result = s.renderer->reverse(viewOf(s.scene, 3, 1), 4, kKey, adjoint, {}, {}, g, s.plan);
     const double unit = 0x1p-46; // 2^-48 of a sum of a little over 2, as a power of two
     for (const double entry : g.at(0))
         EXPECT_NEAR(entry, 1e-12, 4 * unit / 2 + 1e-18); // half of one for each of the pixel's samples
@@ -129,7 +129,7 @@ void expectOnePass(const char* name) {
         config.memoryBudget = std::uint64_t(16) << 20;
         Bench s(scene, {p.name}, config);
         std::vector<std::vector<double>> g;
-        s.renderer->reverse(viewOf(s.scene, 32, 32), 4, kKey, Image(32, 32, 3, 1.0f), {}, {}, g);
+        s.result = s.renderer->reverse(viewOf(s.scene, 32, 32), 4, kKey, Image(32, 32, 3, 1.0f), {}, {}, g, s.plan);
         EXPECT_EQ(s.renderer->statistics().repeatedPasses, 0u) << name << ", " << p.name;
     }
 }

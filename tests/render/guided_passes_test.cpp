@@ -88,7 +88,7 @@ TEST(GuidedPasses, GoOnFromTheirState) {
 TEST(GuidedPasses, RestWhereNoGuidePays) {
     constexpr std::uint32_t kSpp = 8;
     GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .roulette = false, .atOnce = true});
+    GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .roulette = false, .immediate = true});
     passes.setLearning(true);
     std::vector<std::uint32_t> learned;
     std::vector<std::vector<double>> resting;
@@ -105,9 +105,9 @@ TEST(GuidedPasses, RestWhereNoGuidePays) {
         if (s.renderer->guide().updates() > updates)
             learned.push_back(step);
     }
-    EXPECT_EQ(passes.decision().kind, Sampling::Bsdf);
+    EXPECT_EQ(passes.decision().method.kind, Sampling::Bsdf);
     EXPECT_EQ(learned, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 28, 29, 30, 31, 32})); // three that learn, two ways, then a trial
-    s.renderer->setSampling({});
+    s.plan = {};
     EXPECT_EQ(resting, s.gradient(kSpp, {5, 20, 1}));
 }
 
@@ -115,7 +115,7 @@ TEST(GuidedPasses, RestWhereNoGuidePays) {
 TEST(GuidedPasses, PicturesTeachNothing) {
     const auto gradients = [](bool pictures) {
         GuidedBench s("box", {"painting.baseColor"}, 32);
-        GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .atOnce = true});
+        GuidedPasses passes(*s.renderer, {.pixels = PixelSampling::Uniform, .immediate = true});
         passes.setLearning(true);
         std::vector<std::vector<double>> all;
         for (std::uint32_t step = 0; step < 6; ++step) {
@@ -141,14 +141,30 @@ TEST(GuidedPasses, PicturesTeachNothing) {
 // The kernels of recording passes, which it takes where they are compiled already, draw the image that others draw.
 TEST(GuidedPasses, PicturesAreThoseOfPlainPasses) {
     GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {.atOnce = true});
+    GuidedPasses passes(*s.renderer, {.immediate = true});
     passes.setLearning(true);
     passes.prepareNext(Renderer::Mode::Render);
     ASSERT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {}));
     const Image picture = passes.picture(s.view, 4, {5, 0, 0});
     EXPECT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {})); // nothing else was compiled
-    s.renderer->setSampling({});
-    EXPECT_EQ(picture.values, s.renderer->render(s.view, 4, {5, 0, 0}).values);
+    s.plan = {};
+    EXPECT_EQ(picture.values, s.renderer->render(s.view, 4, {5, 0, 0}, s.plan, &s.result).values);
+}
+
+// A renderer without a guide has no records to forget.
+TEST(GuidedPasses, AbandonStepsWithoutAGuide) {
+    RenderConfig config = guidedConfig();
+    config.guiding = false;
+    GuidedBench s("box", {"painting.baseColor"}, 8, config);
+    GuidedPasses passes(*s.renderer, {.sampling = Sampling::Bsdf, .roulette = false});
+    const auto step = [&] {
+        std::vector<std::vector<double>> gradient;
+        passes.reverse(s.view, 2, {5, 0, 1}, s.adjoint, gradient);
+        return gradient;
+    };
+    const auto first = step();
+    EXPECT_NO_THROW(passes.abandonStep());
+    EXPECT_EQ(step(), first);
 }
 
 // Kernels made ahead, by another thread, are those that the pass would have made.
@@ -158,7 +174,7 @@ TEST(GuidedPasses, TakeUpKernelsMadeAhead) {
     passes.prepareAhead({Renderer::Mode::Render, Renderer::Mode::Reverse});
     passes.prepareAhead({Renderer::Mode::Reverse}); // twice does no harm
     const Image image = passes.render(ahead.view, 4, {5, 0, 0});
-    EXPECT_EQ(image.values, other.renderer->render(other.view, 4, {5, 0, 0}).values);
+    EXPECT_EQ(image.values, other.renderer->render(other.view, 4, {5, 0, 0}, other.plan, &other.result).values);
     EXPECT_EQ(ahead.gradient(4, {5, 0, 1}), other.gradient(4, {5, 0, 1}));
 }
 

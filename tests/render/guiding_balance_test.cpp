@@ -24,7 +24,7 @@ TEST(GuideWeights, LightAloneWhereNoWayLeadsBack) {
         close.yfov = 0.6f; // +-0.3 of the painting's +-0.56, 0.945 away
         s.view.camera = &close;
         s.train(4, 64);
-        s.renderer->setSampling({.kind = Sampling::Conditional});
+        s.plan = {.method = {Sampling::Conditional}};
         s.gradient(16, kKey);
         for (const std::size_t vertex : {0u, 1u})
             shares[depth - 3][vertex] = lightShare(s, vertex);
@@ -42,16 +42,16 @@ TEST(GuideBalance, FullMixtureBeatsItsParts) {
     config.guide.cellRecords = 16000;
     GuidedBench s("occluded", {"patch.baseColor"}, 96, config);
     for (std::uint32_t i = 0; i < 6; ++i) {
-        s.renderer->setSampling({.kind = Sampling::Conditional, .record = true});
+        s.plan = {.method = {Sampling::Conditional}, .record = true};
         s.gradient(16, {77, i, 3});
         s.renderer->updateGuide();
     }
     const auto variance = [&](Sampling kind, std::uint32_t passes) { // of the gradient of a pass, summed over the texels
         std::vector<double> found;
-        s.renderer->setSampling({.kind = kind, .measure = true});
+        s.plan = {.method = {kind}, .measure = true};
         for (std::uint32_t i = 0; i < passes; ++i) {
             s.gradient(16, {100 + i, 0, 1});
-            found.push_back(s.renderer->lastPass().variance);
+            found.push_back(s.result.variance);
         }
         return statistics(found);
     };
@@ -68,11 +68,11 @@ TEST(GuideBalance, FullMixtureBeatsItsParts) {
 TEST(GuideLayers, ShowTheBalanceByDepth) {
     GuidedBench s("furnace", {"*.baseColor"}, 16); // closed: every sample draws at every depth
     s.train(3, 16);
-    s.renderer->setSampling({.kind = Sampling::Conditional});
-    const Image plain = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones());
+    s.plan = {.method = {Sampling::Conditional}};
+    const Image plain = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones(), s.plan, &s.result);
     const std::vector<GuidedDepth> before = s.renderer->statistics().guided;
     Layers layers;
-    const Image image = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones(), &layers);
+    const Image image = s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones(), s.plan, &s.result, &layers);
     EXPECT_EQ(image.values, plain.values);
     ASSERT_EQ(layers.lightShare.size(), 4u); // of five segments the last draws nothing
     for (std::size_t d = 0; d < 4; ++d) {
@@ -85,12 +85,12 @@ TEST(GuideLayers, ShowTheBalanceByDepth) {
             EXPECT_GT(share, 0.3) << d;
     }
     // An image is drawn by light alone; without anything learned nothing is drawn at all.
-    s.renderer->render(s.view, 8, kKey, &layers);
+    s.renderer->render(s.view, 8, kKey, s.plan, &s.result, &layers);
     for (const Image& share : layers.lightShare)
         EXPECT_EQ(share.values, std::vector<float>(share.values.size(), 1.0f));
     GuidedBench empty("furnace", {"*.baseColor"}, 16, guidedConfig(2));
-    empty.renderer->setSampling({.kind = Sampling::Conditional});
-    empty.renderer->forward(empty.view, 8, kKey, empty.config.differentiable, empty.ones(), &layers);
+    empty.plan = {.method = {Sampling::Conditional}};
+    empty.renderer->forward(empty.view, 8, kKey, empty.config.differentiable, empty.ones(), empty.plan, &empty.result, &layers);
     ASSERT_EQ(layers.lightShare.size(), 1u);
     EXPECT_EQ(layers.lightShare[0].values, std::vector<float>(16 * 16, -1.0f));
 }

@@ -2,7 +2,7 @@
 #include "support/guided_fixture.h"
 
 #include "base/error.h"
-#include "guiding/guide_buffers.h"
+#include "guiding/field/guide_buffers.h"
 #include "guiding/samples.h"
 
 namespace cmpg::test {
@@ -25,11 +25,11 @@ Learned learn(std::uint64_t budget, Device& on = device(), double split = 1) {
     Learned r;
     double reference = 0;
     for (std::uint32_t step = 0; step < 3; ++step) {
-        s.renderer->setSampling({.kind = Sampling::Primal, .record = true});
-        r.image = s.renderer->render(s.view, 4, {3, step, 0});
-        s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .reference = split * reference});
+        s.plan = {.method = {Sampling::Primal}, .record = true};
+        r.image = s.renderer->render(s.view, 4, {3, step, 0}, s.plan, &s.result);
+        s.plan = {.method = {Sampling::Conditional, true}, .record = true, .reference = split * reference};
         r.gradient = s.gradient(4, {3, step, 1});
-        const PassMeasure& m = s.renderer->lastPass();
+        const PassResult& m = s.result;
         r.variances.push_back(m.variance);
         r.references.push_back(m.reference);
         if (step == 0)
@@ -88,7 +88,7 @@ TEST(GuidedDeterminism, SameBitsForAGuideThatIsPublishedAnew) {
     Camera close = *whole.camera; // sees little of the scene
     close.yfov *= 0.1f;
     s.view.camera = &close;
-    s.renderer->setSampling({.record = true});
+    s.plan = {.record = true};
     for (std::uint32_t i = 0; i < 7; ++i) {
         s.gradient(1, {3, i, 1});
         s.renderer->updateGuide();
@@ -101,7 +101,7 @@ TEST(GuidedDeterminism, SameBitsForAGuideThatIsPublishedAnew) {
     ASSERT_GT(faded, 5u);
     ASSERT_LT(faded, tree.cells().size());
     const auto gradient = [](GuidedBench& b) {
-        b.renderer->setSampling({.kind = Sampling::Conditional, .record = true});
+        b.plan = {.method = {Sampling::Conditional}, .record = true};
         auto g = b.gradient(8, {9, 0, 1});
         b.renderer->updateGuide();
         return g;
@@ -122,9 +122,9 @@ TEST(GuidedDeterminism, KernelsWaitForEachOther) {
     }
     GuidedBench s("box", {"painting.baseColor"}, 8, guidedConfig(3), *checked);
     const double reference = s.train(1, 8);
-    s.renderer->setSampling({.kind = Sampling::Conditional, .record = true, .roulette = true, .sign = 1, .reference = reference});
+    s.plan = {.method = {Sampling::Conditional, true}, .record = true, .sign = 1, .reference = reference};
     EXPECT_NO_THROW(s.gradient(2, {1, 0, 1}));
-    EXPECT_NO_THROW(s.renderer->forward(s.view, 2, {1, 0, 1}, s.config.differentiable, s.directions));
+    EXPECT_NO_THROW(s.renderer->forward(s.view, 2, {1, 0, 1}, s.config.differentiable, s.directions, s.plan, &s.result));
     EXPECT_NO_THROW(s.renderer->updateGuide());
 }
 

@@ -10,14 +10,14 @@ const PassKey kKey{5, 0, 1};
 
 // One recorded pass into an empty guide: the sums over its cells.
 TreeTotals recorded(GuidedBench& s, std::uint32_t spp, UpdateReport& report, bool forward = false) {
-    s.renderer->setSampling({.record = true});
+    s.plan = {.record = true};
     if (forward)
-        s.renderer->forward(s.view, spp, kKey, s.config.differentiable, s.ones());
+        s.renderer->forward(s.view, spp, kKey, s.config.differentiable, s.ones(), s.plan, &s.result);
     else
         s.gradient(spp, kKey);
     report = s.renderer->updateGuide();
     EXPECT_EQ(s.renderer->guide().validate(), "");
-    s.renderer->setSampling({});
+    s.plan = {};
     return totals(s.renderer->guide());
 }
 
@@ -31,7 +31,7 @@ TEST(GuideRecords, OneForEveryDrawnDirection) {
         UpdateReport report;
         const TreeTotals sums = recorded(s, 4, report);
         t.gradient(4, kKey);
-        EXPECT_EQ(report.records, t.renderer->lastPass().rays) << depth;
+        EXPECT_EQ(report.records, t.result.rays) << depth;
         EXPECT_EQ(sums.records, double(report.records));
     }
 }
@@ -46,7 +46,7 @@ TEST(GuideRecords, SumUpToTheImage) {
         UpdateReport report;
         const TreeTotals sums = recorded(s, 16, report);
         const double paths = 24 * 24 * 16;
-        const double reflected = paths * (meanOf(s.renderer->render(s.view, 16, kKey)) - meanOf(t.renderer->render(t.view, 16, kKey)));
+        const double reflected = paths * (meanOf(s.renderer->render(s.view, 16, kKey, s.plan, &s.result)) - meanOf(t.renderer->render(t.view, 16, kKey, t.plan, &t.result)));
         // Sums of floats; records are rounded to 2^-24 of a typical one.
         EXPECT_NEAR(sums.reflected, reflected, 1e-5 * reflected);
         if (lightSampling) {
@@ -56,7 +56,7 @@ TEST(GuideRecords, SumUpToTheImage) {
             EXPECT_NEAR(sums.mass.primal, reflected, 1e-5 * reflected);
         }
         // Albedo: all terms are positive, and along ones their sum is the L1 norm.
-        const double derivative = paths * meanOf(s.renderer->forward(s.view, 16, kKey, s.config.differentiable, s.ones()));
+        const double derivative = paths * meanOf(s.renderer->forward(s.view, 16, kKey, s.config.differentiable, s.ones(), s.plan, &s.result));
         EXPECT_NEAR(sums.derivative, derivative, 1e-5 * derivative);
         EXPECT_EQ(sums.mass.minus, 0);
         if (!lightSampling) {
@@ -73,8 +73,8 @@ TEST(GuideRecords, AreTheSameInAllModes) {
         if (mode < 2) {
             recorded(s, 8, report, mode == 1);
         } else {
-            s.renderer->setSampling({.record = true});
-            s.renderer->render(s.view, 8, kKey);
+            s.plan = {.record = true};
+            s.renderer->render(s.view, 8, kKey, s.plan, &s.result);
             s.renderer->updateGuide();
         }
         return s.renderer->guide();
@@ -95,7 +95,7 @@ TEST(GuideRecords, DoNotDependOnTheSign) {
     TreeTotals sums[3];
     for (const int sign : {-1, 0, 1}) {
         GuidedBench s("materials", {"*"}, 16);
-        s.renderer->setSampling({.record = true, .sign = sign});
+        s.plan = {.record = true, .sign = sign};
         s.gradient(8, kKey);
         s.renderer->updateGuide();
         sums[sign + 1] = totals(s.renderer->guide());
@@ -119,8 +119,8 @@ TEST(GuideRecords, KeepTermsOfOppositeSigns) {
             for (std::size_t i = 0; i < directions[0].size(); ++i)
                 directions[0][i] = (i % p.width + i / p.width) % 2 ? 1.0f : -1.0f;
         }
-        s.renderer->setSampling({.record = true});
-        const Image image = s.renderer->forward(s.view, 32, kKey, s.config.differentiable, directions);
+        s.plan = {.record = true};
+        const Image image = s.renderer->forward(s.view, 32, kKey, s.config.differentiable, directions, s.plan, &s.result);
         s.renderer->updateGuide();
         return std::pair(s.renderer->guide(), 16.0 * 16 * 32 * meanOf(image));
     };
@@ -155,11 +155,11 @@ TEST(GuideWeights, FirstVertexLooksForDerivatives) {
         s.train(2, 8);
         if (depth == 2)
             s.renderer->setGuide(withoutLight(s.renderer->guide()));
-        s.renderer->setSampling({.kind = Sampling::Conditional});
+        s.plan = {.method = {Sampling::Conditional}};
         const auto conditional = s.gradient(8, kKey);
-        s.renderer->setSampling({.kind = Sampling::Differential});
+        s.plan = {.method = {Sampling::Differential}};
         const auto differential = s.gradient(8, kKey);
-        s.renderer->setSampling({.kind = Sampling::Primal});
+        s.plan = {.method = {Sampling::Primal}};
         EXPECT_NE(s.gradient(8, kKey), conditional);
         if (depth == 2)
             EXPECT_EQ(conditional, differential);
@@ -174,8 +174,8 @@ struct Pass {
 };
 
 Pass passes(GuidedBench& s, Sampling kind) {
-    s.renderer->setSampling({.kind = kind});
-    return {s.renderer->render(s.view, 8, kKey), s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones()), s.gradient(8, kKey)};
+    s.plan = {.method = {kind}};
+    return {s.renderer->render(s.view, 8, kKey, s.plan, &s.result), s.renderer->forward(s.view, 8, kKey, s.config.differentiable, s.ones(), s.plan, &s.result), s.gradient(8, kKey)};
 }
 
 void expectSameBits(const Pass& a, const Pass& b, const std::string& what) {
@@ -201,7 +201,7 @@ TEST(EmptyGuide, ChangesNoBit) {
     s.renderer->setGuide(nothing);
     expectSameBits(truth, passes(s, Sampling::Conditional), "nothing to learn");
     // Recording does not disturb: it takes other kernels, which round otherwise.
-    s.renderer->setSampling({.record = true});
+    s.plan = {.record = true};
     const auto recorded = s.gradient(8, kKey);
     for (std::size_t i = 0; i < recorded.size(); ++i)
         for (std::size_t k = 0; k < recorded[i].size(); ++k)

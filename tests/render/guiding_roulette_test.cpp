@@ -5,10 +5,10 @@ namespace cmpg::test {
 namespace {
 
 // Rays per path of a pass.
-double cost(GuidedBench& s, const PassSampling& sampling) {
-    s.renderer->setSampling(sampling);
+double cost(GuidedBench& s, const PassPlan& plan) {
+    s.plan = plan;
     s.gradient(8, {3, 0, 1});
-    const PassMeasure& m = s.renderer->lastPass();
+    const PassResult& m = s.result;
     return double(m.rays) / double(m.paths);
 }
 
@@ -16,36 +16,36 @@ TEST(Roulette, KillsAndSplitsByTheReference) {
     GuidedBench s("box", {"painting.baseColor"}, 16);
     const double reference = s.train(3, 16);
     ASSERT_GT(reference, 0);
-    const double plain = cost(s, {.kind = Sampling::Conditional});
-    const auto at = [&](double factor) { return cost(s, {.kind = Sampling::Conditional, .roulette = true, .reference = factor * reference}); };
+    const double plain = cost(s, {.method = {Sampling::Conditional}});
+    const auto at = [&](double factor) { return cost(s, {.method = {Sampling::Conditional, true}, .reference = factor * reference}); };
     // q = 0.1 at all vertices but those that emit: a camera ray, then a tenth of the rest.
     EXPECT_LT(at(1e6), 1 + 0.3 * (plain - 1));
     EXPECT_GT(at(1e-6), 4 * plain); // q = 4 at most vertices
     EXPECT_LT(at(10), at(1));
     EXPECT_LT(at(1), at(0.1));
     // Records need no part in it: what a path has collected counts all the same.
-    EXPECT_EQ(cost(s, {.roulette = true, .reference = reference}), cost(s, {.record = true, .roulette = true, .reference = reference}));
+    EXPECT_EQ(cost(s, {.method = {.roulette = true}, .reference = reference}), cost(s, {.method = {.roulette = true}, .record = true, .reference = reference}));
     // Inert where there is nothing to compare with, in images and in forward mode.
-    EXPECT_EQ(cost(s, {.kind = Sampling::Conditional, .roulette = true}), plain);
+    EXPECT_EQ(cost(s, {.method = {Sampling::Conditional, true}}), plain);
     s.renderer->setGuide(misleading(s.renderer->guide(), Misleading::Nothing));
     // A guide that knows nothing ends no path and splits none, but still replaces the roulette of passes without one.
     EXPECT_EQ(at(1), at(10));
     EXPECT_GT(at(1), cost(s, {}));
     const auto forward = [&](bool roulette) {
-        s.renderer->setSampling({.roulette = roulette, .reference = reference});
-        return s.renderer->forward(s.view, 4, {3, 0, 1}, s.config.differentiable, s.directions).values;
+        s.plan = {.method = {.roulette = roulette}, .reference = reference};
+        return s.renderer->forward(s.view, 4, {3, 0, 1}, s.config.differentiable, s.directions, s.plan, &s.result).values;
     };
     EXPECT_EQ(forward(true), forward(false));
 }
 
-// PassMeasure's reference: mean over the pixels of |adjoint| times the L1 norm of the derivative a camera path meets, which for an
+// PassResult's reference: mean over the pixels of |adjoint| times the L1 norm of the derivative a camera path meets, which for an
 // albedo is its derivative along ones.
-TEST(PassMeasure, ReferenceIsTheMeanDerivative) {
+TEST(PassResult, ReferenceIsTheMeanDerivative) {
     GuidedBench s("box", {"*.baseColor"}, 16);
-    s.renderer->setSampling({.record = true});
+    s.plan = {.record = true};
     s.gradient(16, {4, 0, 1});
-    const double reference = s.renderer->lastPass().reference;
-    const Image forward = s.renderer->forward(s.view, 16, {4, 0, 1}, s.config.differentiable, s.ones());
+    const double reference = s.result.reference;
+    const Image forward = s.renderer->forward(s.view, 16, {4, 0, 1}, s.config.differentiable, s.ones(), s.plan, &s.result);
     double expected = 0;
     for (std::size_t p = 0; p < forward.pixels(); ++p) {
         double weight = 0, derivative = 0;
@@ -60,21 +60,22 @@ TEST(PassMeasure, ReferenceIsTheMeanDerivative) {
 
 // The measure of one pass predicts the variance over seeds: of a constant albedo that a path meets once, for random numbers without
 // stratification.
-TEST(PassMeasure, PredictsTheVarianceOverSeeds) {
+TEST(PassResult, PredictsTheVarianceOverSeeds) {
     constexpr std::uint32_t kSeeds = 200, kSpp = 4;
     RenderConfig config = guidedConfig(3); // camera, wall, light: the left wall at most once but for emission
     config.sampler = Sampler::Independent;
     GuidedBench s("box", {"left.baseColor"}, 12, config);
     const double reference = s.train(3, 16);
-    for (const PassSampling& sampling : {PassSampling{.measure = true}, PassSampling{.kind = Sampling::Conditional, .measure = true}, PassSampling{.kind = Sampling::Primal, .record = true},
-                                         PassSampling{.kind = Sampling::Conditional, .measure = true, .roulette = true, .reference = reference},
-                                         PassSampling{.measure = true, .roulette = true, .reference = 0.1 * reference}}) {
-        s.renderer->setSampling(sampling);
+    for (const PassPlan& plan : {PassPlan{.measure = true}, PassPlan{.method = {Sampling::Conditional}, .measure = true},
+                                 PassPlan{.method = {Sampling::Primal}, .record = true},
+                                 PassPlan{.method = {Sampling::Conditional, true}, .measure = true, .reference = reference},
+                                 PassPlan{.method = {.roulette = true}, .measure = true, .reference = 0.1 * reference}}) {
+        s.plan = plan;
         std::vector<double> variances;
         std::vector<std::vector<double>> channels(3);
         for (std::uint32_t i = 0; i < kSeeds; ++i) {
             const auto g = s.gradient(kSpp, {100 + i, 0, 1});
-            variances.push_back(s.renderer->lastPass().variance);
+            variances.push_back(s.result.variance);
             for (std::size_t c = 0; c < 3; ++c)
                 channels[c].push_back(g[0][c]);
         }
@@ -84,7 +85,7 @@ TEST(PassMeasure, PredictsTheVarianceOverSeeds) {
             variance += error * error * kSeeds;
         }
         // A variance from 200 normal deviates is off by 10 % (the channels go together); later meetings count as independent.
-        EXPECT_NEAR(statistics(variances).mean / variance, 1, 0.35) << "kind " << int(sampling.kind) << (sampling.roulette ? ", roulette" : "");
+        EXPECT_NEAR(statistics(variances).mean / variance, 1, 0.35) << "kind " << int(plan.method.kind) << (plan.method.roulette ? ", roulette" : "");
     }
 }
 

@@ -16,7 +16,7 @@ void addReverse(const GuidedBench& s, const std::vector<std::vector<double>>& gr
 }
 
 double forwardSum(GuidedBench& s, std::uint32_t spp, const PassKey& key) {
-    const Image image = s.renderer->forward(s.view, spp, key, s.config.differentiable, s.directions);
+    const Image image = s.renderer->forward(s.view, spp, key, s.config.differentiable, s.directions, s.plan, &s.result);
     return std::inner_product(image.values.begin(), image.values.end(), s.adjoint.values.begin(), 0.0);
 }
 
@@ -24,14 +24,14 @@ struct Budget {
     std::uint32_t seeds, spp;
 };
 
-Estimates estimate(GuidedBench& s, const Budget& budget, std::uint64_t firstSeed, const PassSampling& sampling, bool forward = false) {
+Estimates estimate(GuidedBench& s, const Budget& budget, std::uint64_t firstSeed, const PassPlan& sampling, bool forward = false) {
     Estimates all(kForwardEntry + 1);
     for (std::uint32_t i = 0; i < budget.seeds; ++i) {
         std::vector<double> sums(kForwardEntry + 1, 0.0);
         for (const int sign : sampling.sign == 0 ? std::vector{0} : std::vector{1, -1}) { // both signs: the whole
-            PassSampling half = sampling;
+            PassPlan half = sampling;
             half.sign = sign;
-            s.renderer->setSampling(half);
+            s.plan = half;
             const PassKey key{firstSeed + i, 0, sign < 0 ? 9u : 1u};
             addReverse(s, s.gradient(budget.spp, key), sums);
             if (forward)
@@ -50,7 +50,7 @@ class GuidedExpectation : public testing::TestWithParam<std::string> {
         GuidedBench s(GetParam(), {"*"}, edge);
         const Estimates truth = estimate(s, {2 * budget.seeds, budget.spp}, 1, {}, true);
         std::uint64_t seed = 1000;
-        const auto compare = [&](const std::string& what, const PassSampling& sampling, bool forward = false) {
+        const auto compare = [&](const std::string& what, const PassPlan& sampling, bool forward = false) {
             const Estimates guided = estimate(s, budget, seed += 1000, sampling, forward);
             for (std::size_t k = 0; k < truth.size(); ++k) {
                 if (k == kForwardEntry && !forward)
@@ -59,19 +59,19 @@ class GuidedExpectation : public testing::TestWithParam<std::string> {
                 expectAgreement(statistics(guided[k]), statistics(truth[k]), what + ", " + slot);
             }
         };
-        compare("positivized before anything is learned", {.kind = Sampling::Conditional, .sign = 1}, true);
+        compare("positivized before anything is learned", {.method = {Sampling::Conditional}, .sign = 1}, true);
         const double reference = s.train(3, budget.spp);
         const SdTree trained = s.renderer->guide();
         ASSERT_GT(trained.cells().size(), 3u);
         for (const Sampling kind : kGuidedKinds)
-            compare("trained, kind " + std::to_string(int(kind)), {.kind = kind}, true);
-        compare("recording", {.kind = Sampling::Conditional, .record = true});
+            compare("trained, kind " + std::to_string(int(kind)), {.method = {kind}}, true);
+        compare("recording", {.method = {Sampling::Conditional}, .record = true});
         compare("positivized unguided", {.sign = 1});
-        compare("positivized", {.kind = Sampling::Conditional, .sign = 1}, true);
+        compare("positivized", {.method = {Sampling::Conditional}, .sign = 1}, true);
         for (const double factor : {0.05, 1.0, 20.0}) // splits nearly everywhere, the intended amount, kills nearly everywhere
-            compare("roulette at " + std::to_string(factor), {.kind = Sampling::Conditional, .roulette = true, .reference = factor * reference});
-        compare("roulette unguided", {.roulette = true, .reference = reference});
-        compare("roulette positivized", {.kind = Sampling::Primal, .roulette = true, .sign = 1, .reference = reference});
+            compare("roulette at " + std::to_string(factor), {.method = {Sampling::Conditional, true}, .reference = factor * reference});
+        compare("roulette unguided", {.method = {.roulette = true}, .reference = reference});
+        compare("roulette positivized", {.method = {Sampling::Primal, true}, .sign = 1, .reference = reference});
         // What another scene taught, in this one's box.
         GuidedBench other(GetParam() == "box" ? "environment" : "box", {"*.baseColor"}, edge);
         other.train(3, budget.spp);
@@ -79,11 +79,11 @@ class GuidedExpectation : public testing::TestWithParam<std::string> {
         for (std::size_t i = 0; i < wrong.cells().size(); ++i)
             wrong.cells()[i] = other.renderer->guide().cells()[i % other.renderer->guide().cells().size()];
         s.renderer->setGuide(wrong);
-        compare("another scene's guide", {.kind = Sampling::Conditional});
+        compare("another scene's guide", {.method = {Sampling::Conditional}});
         for (const Misleading how : {Misleading::Nothing, Misleading::OneBin, Misleading::BelowTheHorizon, Misleading::Poles, Misleading::DerivativesOnly,
                                      Misleading::Spike}) {
             s.renderer->setGuide(misleading(trained, how));
-            compare("misleading guide " + std::to_string(int(how)), {.kind = how == Misleading::Spike ? Sampling::Uniform : Sampling::Conditional});
+            compare("misleading guide " + std::to_string(int(how)), {.method = {how == Misleading::Spike ? Sampling::Uniform : Sampling::Conditional}});
         }
         for (const auto& [what, count] : s.renderer->statistics().dropped)
             EXPECT_EQ(count, 0u) << what;
@@ -107,13 +107,13 @@ TEST(GuidedImage, KeepsItsMean) {
         s.train(3, 8);
         std::vector<double> plain, guided;
         for (std::uint32_t i = 0; i < 24; ++i) {
-            s.renderer->setSampling({});
-            plain.push_back(meanOf(s.renderer->render(s.view, 16, {i, 0, 0})));
-            s.renderer->setSampling({.kind = Sampling::Conditional});
-            const Image image = s.renderer->render(s.view, 16, {100 + i, 0, 0});
+            s.plan = {};
+            plain.push_back(meanOf(s.renderer->render(s.view, 16, {i, 0, 0}, s.plan, &s.result)));
+            s.plan = {.method = {Sampling::Conditional}};
+            const Image image = s.renderer->render(s.view, 16, {100 + i, 0, 0}, s.plan, &s.result);
             guided.push_back(meanOf(image));
-            s.renderer->setSampling({.kind = Sampling::Primal});
-            ASSERT_EQ(image.values, s.renderer->render(s.view, 16, {100 + i, 0, 0}).values);
+            s.plan = {.method = {Sampling::Primal}};
+            ASSERT_EQ(image.values, s.renderer->render(s.view, 16, {100 + i, 0, 0}, s.plan, &s.result).values);
         }
         expectAgreement(statistics(guided), statistics(plain), name);
     }
@@ -126,9 +126,9 @@ TEST(GuidedDerivative, IsThatOfTheFrozenEstimate) {
     config.frozenEvaluation = true;
     GuidedBench s("box", {"*.baseColor"}, 16, config);
     s.train(2, 8);
-    s.renderer->setSampling({.kind = Sampling::Primal}); // as in images
+    s.plan = {.method = {Sampling::Primal}}; // as in images
     const PassKey key{7, 0, 1};
-    const Image forward = s.renderer->forward(s.view, 16, key, s.config.differentiable, s.directions);
+    const Image forward = s.renderer->forward(s.view, 16, key, s.config.differentiable, s.directions, s.plan, &s.result);
     const float h = 2e-3f;
     const auto shifted = [&](float step) {
         for (std::size_t i = 0; i < s.directions.size(); ++i) {
@@ -137,7 +137,7 @@ TEST(GuidedDerivative, IsThatOfTheFrozenEstimate) {
                 values[k] += step * s.directions[i][k];
             s.renderer->setSecondValues(s.config.differentiable[i], values);
         }
-        return s.renderer->render(s.view, 16, key);
+        return s.renderer->render(s.view, 16, key, s.plan, &s.result);
     };
     const Image plus = shifted(h), minus = shifted(-h);
     double difference = 0, norm = 0;

@@ -20,12 +20,12 @@ TEST(Progressive, PassesInPartsLeaveTheBitsOfOne) {
         Bench bench(bundledScene("materials"), {"*.baseColor"}, config);
         const View view = viewOf(bench.scene, kEdge, kEdge);
         Layers whole;
-        const Image image = bench.renderer->render(view, 13, kKey, &whole);
-        const Image gradient = bench.renderer->forward(view, 13, kKey, bench.config.differentiable, bench.ones());
+        const Image image = bench.renderer->render(view, 13, kKey, bench.plan, &bench.result, &whole);
+        const Image gradient = bench.renderer->forward(view, 13, kKey, bench.config.differentiable, bench.ones(), bench.plan, &bench.result);
         Film film(kEdge, kEdge, true), derivative(kEdge, kEdge);
         for (const std::uint32_t spp : {1u, 4u, 2u, 6u}) {
-            bench.renderer->render(view, spp, kKey, film);
-            bench.renderer->forward(view, spp, kKey, bench.config.differentiable, bench.ones(), derivative);
+            bench.renderer->render(view, spp, kKey, film, bench.plan);
+            bench.renderer->forward(view, spp, kKey, bench.config.differentiable, bench.ones(), derivative, bench.plan);
         }
         EXPECT_EQ(film.samples, 13u);
         EXPECT_EQ(film.image().values, image.values);
@@ -40,8 +40,8 @@ TEST(Progressive, PassesInPartsLeaveTheBitsOfOne) {
 TEST(Progressive, ShortSubmissionsChangeNothing) {
     GuidedBench bench("box", {"painting.baseColor"}, kEdge);
     const auto all = [&] {
-        std::vector<Image> images{bench.renderer->render(bench.view, 40, kKey),
-                                  bench.renderer->forward(bench.view, 40, kKey, bench.config.differentiable, bench.directions)};
+        std::vector<Image> images{bench.renderer->render(bench.view, 40, kKey, bench.plan, &bench.result),
+                                  bench.renderer->forward(bench.view, 40, kKey, bench.config.differentiable, bench.directions, bench.plan, &bench.result)};
         return std::pair(images, bench.gradient(40, kKey));
     };
     const auto [images, gradient] = all();
@@ -59,11 +59,11 @@ TEST(Progressive, APassEndedEarlyLeavesNothing) {
     bench.train(2, 4);
     const auto everything = [&] {
         Film film(kEdge, kEdge);
-        bench.renderer->setSampling({.kind = Sampling::Conditional});
-        bench.renderer->render(bench.view, 8, kKey, film);
+        bench.plan = {.method = {Sampling::Conditional}};
+        bench.renderer->render(bench.view, 8, kKey, film, bench.plan);
         std::vector<std::vector<double>> gradients;
-        bench.renderer->setSampling({.kind = Sampling::Conditional, .record = true});
-        bench.renderer->reverse(bench.view, 8, kKey, bench.adjoint, {}, {}, gradients);
+        bench.plan = {.method = {Sampling::Conditional}, .record = true};
+        bench.result = bench.renderer->reverse(bench.view, 8, kKey, bench.adjoint, {}, {}, gradients, bench.plan);
         const UpdateReport update = bench.renderer->updateGuide();
         return std::tuple(film.image().values, gradients, update.records);
     };
@@ -83,11 +83,11 @@ TEST(Progressive, APassEndedEarlyLeavesNothing) {
     std::vector<std::vector<double>> gradients;
     for (const std::uint32_t after : {0u, 1u, 3u, 9u}) {
         left = after;
-        EXPECT_THROW(bench.renderer->render(bench.view, 8, kKey, film), Stop);
+        EXPECT_THROW(bench.renderer->render(bench.view, 8, kKey, film, bench.plan), Stop);
         EXPECT_EQ(film.samples, 0u);
         left = after;
-        bench.renderer->setSampling({.kind = Sampling::Conditional, .record = true});
-        EXPECT_THROW(bench.renderer->reverse(bench.view, 8, kKey, bench.adjoint, {}, {}, gradients), Stop);
+        bench.plan = {.method = {Sampling::Conditional}, .record = true};
+        EXPECT_THROW(bench.result = bench.renderer->reverse(bench.view, 8, kKey, bench.adjoint, {}, {}, gradients, bench.plan), Stop);
         EXPECT_TRUE(gradients.empty());
     }
     bench.renderer->discardRecords();
@@ -148,8 +148,8 @@ TEST(Progressive, SubmissionsAreShort) {
                                         },
                                     .compiling = {}});
     last = std::chrono::steady_clock::now();
-    bench.renderer->render(view, 8, kKey);
-    bench.renderer->forward(view, 8, kKey, bench.config.differentiable, bench.ones());
+    bench.renderer->render(view, 8, kKey, bench.plan, &bench.result);
+    bench.renderer->forward(view, 8, kKey, bench.config.differentiable, bench.ones(), bench.plan, &bench.result);
     std::sort(times.begin(), times.end());
     RecordProperty("median_ms", int(1e3 * times[times.size() / 2]));
     RecordProperty("longest_ms", int(1e3 * times.back()));

@@ -35,18 +35,18 @@ TEST(SamplingFigures, OfLearningPassesSeeWhatSobolPointsGain) {
     double squares = 0;
     for (const float a : s.adjoint.values)
         squares += double(a) * a;
-    s.renderer->setSampling({.measure = true});
+    s.plan = {.measure = true};
     s.gradient(kSpp, {899, 0, 1});
-    const double moments = s.renderer->lastPass().variance;
-    s.renderer->setSampling({});
+    const double moments = s.result.variance;
+    s.plan = {};
     const double truth = varianceOverSeeds(s, 24), figure = decision.figures.at(Sampling::Bsdf).variance * squares / kSpp;
     // Three pairs of four passes, the latest counting half: a relative standard error of 0.2 at 64 entries that share the differences.
     EXPECT_NEAR(figure, truth, 0.6 * truth);
     EXPECT_GT(moments, 2 * truth);
     // With roulette: the ratio of one pair of passes each, with standard errors below a third; a factor of two either way.
-    s.renderer->setSampling({.record = true});
+    s.plan = {.record = true};
     s.gradient(kSpp, {898, 0, 1});
-    s.renderer->setSampling({.roulette = true, .reference = s.renderer->lastPass().reference});
+    s.plan = {.method = {.roulette = true}, .reference = s.result.reference};
     const double ratio = varianceOverSeeds(s, 24) / truth;
     const double measured = decision.rouletteFigures.at(Sampling::Bsdf).variance / decision.figures.at(Sampling::Bsdf).variance;
     EXPECT_NEAR(std::log2(measured / ratio), 0, 1);
@@ -55,7 +55,7 @@ TEST(SamplingFigures, OfLearningPassesSeeWhatSobolPointsGain) {
 // Steps of an optimisation know it, too, from passes in two halves.
 TEST(SamplingFigures, OfOptimisationsSeeWhatSobolPointsGain) {
     GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {.sampling = Sampling::Bsdf, .pixels = PixelSampling::Uniform, .atOnce = true});
+    GuidedPasses passes(*s.renderer, {.sampling = Sampling::Bsdf, .pixels = PixelSampling::Uniform, .immediate = true});
     passes.setLearning(true);
     std::vector<std::vector<double>> halved;
     const std::uint64_t paths = passes.reverse(s.view, kSpp, {5, 0, 1}, s.adjoint, halved);

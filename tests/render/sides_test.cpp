@@ -74,16 +74,16 @@ class Sides : public testing::TestWithParam<Lighting> {
         const Image adjoint(kEdge, kEdge, 3, 1);
         std::vector<std::vector<double>> gradients;
         for (std::uint32_t i = 0; guided && i < 2; ++i) {
-            b.renderer->setSampling({.record = true});
-            b.renderer->reverse(view, kSpp, {7, i, 3}, adjoint, {}, {}, gradients);
+            b.plan = {.record = true};
+            b.result = b.renderer->reverse(view, kSpp, {7, i, 3}, adjoint, {}, {}, gradients, b.plan);
             b.renderer->updateGuide();
         }
         if (guided)
-            b.renderer->setSampling({.kind = Sampling::Conditional});
-        const double image = meanOf(b.renderer->render(view, spp, {1, 0, 0}));
-        const double forward = meanOf(b.renderer->forward(view, spp, {1, 0, 1}, b.config.differentiable, b.ones()));
+            b.plan = {.method = {Sampling::Conditional}};
+        const double image = meanOf(b.renderer->render(view, spp, {1, 0, 0}, b.plan, &b.result));
+        const double forward = meanOf(b.renderer->forward(view, spp, {1, 0, 1}, b.config.differentiable, b.ones(), b.plan, &b.result));
         gradients.clear();
-        b.renderer->reverse(view, spp, {1, 0, 1}, adjoint, {}, {}, gradients);
+        b.result = b.renderer->reverse(view, spp, {1, 0, 1}, adjoint, {}, {}, gradients, b.plan);
         return {image, forward, std::accumulate(gradients[0].begin(), gradients[0].end(), 0.0) / double(adjoint.values.size())};
     }
 

@@ -1,7 +1,7 @@
 // A renderer with a guide, a fixed adjoint and fixed directions in parameter space; trees that mislead.
 #pragma once
 
-#include "guiding/quadtree.h"
+#include "guiding/field/quadtree.h"
 #include "support/render_fixture.h"
 
 #include <numeric>
@@ -38,18 +38,16 @@ struct GuidedBench : Bench {
         std::vector<std::vector<double>> ignored;
         double reference = 0;
         for (std::uint32_t i = 0; i < passes; ++i) {
-            renderer->setSampling({.record = true});
-            renderer->reverse(view, spp, {77, i, 3}, adjoint, {}, {}, ignored);
-            reference = renderer->lastPass().reference;
+            reference = renderer->reverse(view, spp, {77, i, 3}, adjoint, {}, {}, ignored, {.record = true}).reference;
             renderer->updateGuide();
         }
-        renderer->setSampling({});
+        plan = {};
         return reference;
     }
 
     std::vector<std::vector<double>> gradient(std::uint32_t spp, const PassKey& key) {
         std::vector<std::vector<double>> g;
-        renderer->reverse(view, spp, key, adjoint, {}, {}, g);
+        result = renderer->reverse(view, spp, key, adjoint, {}, {}, g, plan);
         return g;
     }
     // The gradient along the directions.

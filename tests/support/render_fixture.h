@@ -27,6 +27,8 @@ struct Bench {
     Scene scene;
     RenderConfig config;
     std::unique_ptr<Renderer> renderer;
+    PassPlan plan;     // of the passes that tests make with it
+    PassResult result; // of the last
 
     Bench(Scene s, const std::vector<std::string>& globs, RenderConfig c = {}, Device& on = device()) : scene(std::move(s)), config(c) {
         for (const std::string& glob : globs)

@@ -1,7 +1,7 @@
 // How values become colours in the window.
 #include "viewer/picture_look.h"
 
-#include "app/signed_colors.h"
+#include "imaging/signed_colors.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Draws the images of a frame: textures by image, one pipeline, the colour maps.
 #include "viewer/present/panel_drawing.h"
 
-#include "app/display_image.h"
-#include "app/signed_colors.h"
+#include "imaging/display_image.h"
+#include "imaging/signed_colors.h"
 
 #include "panel_frag.h"
 #include "panel_vert.h"

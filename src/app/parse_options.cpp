@@ -1,0 +1,125 @@
+// From arguments to options: the command, --config, what depends on the command.
+#include "app/parse_options.h"
+
+#include "app/declare_options.h"
+#include "base/error.h"
+#include "optimize/checkpoint.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+namespace cmpg {
+namespace {
+
+// The value of an option that has to be read before the rest is parsed, as the command line overrides what it brings.
+std::string findValue(const std::string& option, int argc, const char* const* argv) {
+    std::string value;
+    for (int i = 1; i < argc; ++i) {
+        const std::string arg = argv[i];
+        if (arg == option && i + 1 < argc)
+            value = argv[i + 1];
+        if (arg.rfind(option + "=", 0) == 0)
+            value = arg.substr(option.size() + 1);
+    }
+    return value;
+}
+
+void applyText(const std::string& text, const std::string& file, Options& options) {
+    nlohmann::json config;
+    try {
+        config = nlohmann::json::parse(text);
+    } catch (const nlohmann::json::exception& e) {
+        throw Error(ErrorKind::Usage, "'" + file + "' is not JSON", e.what(), "give the path of a run.json");
+    }
+    applyConfig(config, options);
+}
+
+// Those of a run that has a checkpoint; there may be none.
+void readResumed(const std::string& folder, Options& options) {
+    std::vector<std::string> refused;
+    if (const auto checkpoint = findCheckpoint(folder, refused))
+        applyText(checkpoint->config, folder, options);
+    else if (!refused.empty())
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
+                    "begin anew without --resume");
+}
+
+void readConfig(const std::string& file, Options& options) {
+    std::ifstream in(file);
+    if (!in)
+        throw Error(ErrorKind::Usage, "cannot read the configuration '" + file + "'", "the file does not exist or is not readable",
+                    "give the path of a run.json");
+    applyText({std::istreambuf_iterator<char>(in), {}}, file, options);
+}
+
+enum class Names { Nothing, Something, Command };
+
+// What the arguments name: a command, or something else that is no option, such as a scene. Mistakes are somebody else's business.
+Names namedBy(int argc, const char* const* argv) {
+    Options ignored;
+    CLI::App app;
+    declareOptions(app, ignored);
+    app.allow_extras();
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Error&) {
+    }
+    if (!app.get_subcommands().empty())
+        return Names::Command;
+    const std::vector<std::string> others = app.remaining();
+    const bool any = std::any_of(others.begin(), others.end(), [](const std::string& other) { return !other.empty() && other.front() != '-'; });
+    return any ? Names::Something : Names::Nothing;
+}
+
+} // namespace
+
+Options parseOptions(int argc, const char* const* argv) {
+    Options o;
+    std::vector<const char*> arguments(argv, argv + argc);
+    const Names named = namedBy(argc, argv);
+    const std::string config = findValue("--config", argc, argv), resumed = findValue("--resume", argc, argv);
+    if (!config.empty() || !resumed.empty()) {
+        if (!resumed.empty())
+            readResumed(resumed, o);
+        if (!config.empty())
+            readConfig(config, o);
+        if (o.command != Command::None && named != Names::Command) // options of its own may follow
+            arguments.insert(arguments.begin() + 1, commandName(o.command));
+    } else if (named == Names::Something) {
+        arguments.insert(arguments.begin() + 1, commandName(Command::Open));
+    }
+    CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
+    app.set_help_flag("-h,--help", "This text; after a command, that command alone");
+    app.get_formatter()->column_width(44);
+    bool listDevices = false, version = false;
+    app.add_flag("--list-devices", listDevices, "List Vulkan devices");
+    app.add_flag("--version", version, "Version, device, driver and required device features");
+    declareOptions(app, o);
+    app.require_subcommand(0, 1);
+    try {
+        app.parse(int(arguments.size()), arguments.data());
+    } catch (const CLI::CallForHelp&) {
+        const auto chosen = app.get_subcommands();
+        if (!chosen.empty())
+            throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
+        throw HelpRequested{app.help("", CLI::AppFormatMode::All)};
+    } catch (const CLI::ParseError& e) {
+        throw Error(ErrorKind::Usage, e.what(), "", "see cmpg-vk --help");
+    }
+    for (const auto& c : kCommands)
+        if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name))
+            o.command = c.value;
+    if (listDevices)
+        o.command = Command::ListDevices;
+    if (version)
+        o.command = Command::Version;
+    if (o.output.empty())
+        o.output = o.resume;
+    validate(o);
+    return o;
+}
+
+} // namespace cmpg

@@ -1,0 +1,138 @@
+// One picture that tells how an optimisation went: its views, its parameters at start and end, and the loss.
+#include "imaging/contact_sheet.h"
+
+#include "imaging/exposure.h"
+#include "imaging/loss_curve.h"
+#include "imaging/signed_colors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace cmpg {
+namespace {
+
+constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18, kColumns = 4;
+constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
+constexpr int kTextZoom = 2, kTextRow = 22;
+constexpr std::size_t kMostRows = 6, kMostConstants = 16; // the picture keeps a sensible size
+
+int column(int index) { return kMargin + index * kStride; }
+
+// Three channels in [0,1], of values times a factor plus an offset.
+Image shown(const Image& image, float factor, float offset = 0) {
+    Image result(image.width, image.height, 3);
+    for (std::size_t p = 0; p < image.pixels(); ++p)
+        for (int c = 0; c < 3; ++c) {
+            const float v = image.values[p * image.channels + std::min(c, image.channels - 1)] * factor + offset;
+            result.values[3 * p + c] = std::isfinite(v) ? std::clamp(v, 0.f, 1.f) : 0.f;
+        }
+    return result;
+}
+
+// As many characters as fit the width of a panel.
+std::string fitted(std::string text) {
+    while (Canvas::textWidth(text) > kPanel)
+        text.pop_back();
+    return text;
+}
+
+void drawPicture(Canvas& canvas, int x, int y, const std::string& caption, const Image& picture) {
+    canvas.text(x, y, fitted(caption));
+    if (!picture.values.empty())
+        canvas.picture(x, y + kCaption, kPanel, kPanel, picture);
+}
+
+void drawSigned(Canvas& canvas, int x, int y, const std::string& caption, const Image& image) {
+    const Image values = channelMean(image);
+    const double scale = signedScale(values);
+    drawPicture(canvas, x, y, caption, colorSigned(values, scale));
+    drawSignedLegend(canvas, x, y + kCaption + kPanel + 4, kPanel, scale);
+}
+
+Image difference(const Image& a, const Image& b) {
+    Image result = a;
+    for (std::size_t i = 0; i < result.values.size() && i < b.values.size(); ++i)
+        result.values[i] -= b.values[i];
+    return result;
+}
+
+void drawView(Canvas& canvas, int y, const ContactSheet::ViewRow& view, float factor) {
+    const std::string suffix = view.name.empty() ? "" : ", " + view.name;
+    drawPicture(canvas, column(0), y, "target" + suffix, shown(view.target, factor));
+    drawPicture(canvas, column(1), y, "initial", shown(view.initial, factor));
+    drawPicture(canvas, column(2), y, "recovered", shown(view.recovered, factor));
+    if (!view.recovered.values.empty())
+        drawSigned(canvas, column(3), y, "recovered - target, mean of the channels", difference(view.recovered, view.target));
+}
+
+// Normals are shown as they are kept in files; light, which has no upper bound, with one exposure at both ends.
+void drawTexture(Canvas& canvas, int y, const ContactSheet::ParameterRow& row) {
+    const bool normal = row.kind == SlotKind::Normal, light = row.kind == SlotKind::Emission || row.kind == SlotKind::Radiance;
+    const float factor = normal ? 0.5f : light ? exposureFor({&row.start, &row.end}) : 1.f, offset = normal ? 0.5f : 0.f;
+    drawPicture(canvas, column(0), y, row.name + ", start", shown(row.start, factor, offset));
+    drawPicture(canvas, column(1), y, row.name + ", end", shown(row.end, factor, offset));
+    drawSigned(canvas, column(2), y, "change, mean of the channels", difference(row.end, row.start));
+    drawSigned(canvas, column(3), y, "gradient of the last step, mean of the channels", row.gradient);
+}
+
+std::string numbers(const Image& image) {
+    std::string text;
+    char number[32];
+    for (const float v : image.values) {
+        std::snprintf(number, sizeof number, text.empty() ? "%.4g" : " %.4g", double(v));
+        text += number;
+    }
+    return text;
+}
+
+void drawConstants(Canvas& canvas, int y, std::span<const ContactSheet::ParameterRow* const> rows, std::size_t all) {
+    const auto line = [&](const std::string& name, const std::string& start, const std::string& end, const std::string& gradient) {
+        const std::string cells[kColumns] = {name, start, end, gradient};
+        for (int i = 0; i < kColumns; ++i) {
+            const int zoom = Canvas::textWidth(cells[i], kTextZoom) < kPanel ? kTextZoom : 1; // what is long stays whole
+            canvas.text(column(i), y, cells[i], kBlack, zoom);
+        }
+        y += kTextRow;
+    };
+    line("constant", "start", "end", "gradient");
+    for (const ContactSheet::ParameterRow* row : rows)
+        line(row->name, numbers(row->start), numbers(row->end), numbers(row->gradient));
+    if (all > rows.size())
+        line("and " + std::to_string(all - rows.size()) + " more", "", "", "");
+}
+
+} // namespace
+
+Image ContactSheet::compose() const {
+    std::vector<const ParameterRow*> textures, constants;
+    for (const ParameterRow& row : parameters)
+        (row.end.pixels() > 1 ? textures : constants).push_back(&row);
+    const std::size_t allConstants = constants.size();
+    textures.resize(std::min(textures.size(), kMostRows));
+    constants.resize(std::min(constants.size(), kMostConstants));
+    const int viewRows = int(std::min(views.size(), kMostRows)), rows = std::max(1, viewRows + int(textures.size()));
+    const int text = constants.empty() ? 0 : kTextRow * int(1 + constants.size() + (allConstants > constants.size())) + kMargin;
+
+    // The loss has a column of its own, as high as it is wide.
+    Canvas canvas(kMargin + (kColumns + 1) * kStride, kTitle + rows * kRow + text);
+    canvas.text(kMargin, kMargin / 2, title, kBlack, 2);
+    std::vector<const Image*> targets;
+    for (const ViewRow& row : views)
+        targets.push_back(&row.target);
+    const float factor = exposureFor(targets);
+    int y = kTitle;
+    for (int row = 0; row < viewRows; ++row, y += kRow)
+        drawView(canvas, y, views[row], factor);
+    for (const ParameterRow* row : textures) {
+        drawTexture(canvas, y, *row);
+        y += kRow;
+    }
+    if (!constants.empty())
+        drawConstants(canvas, kTitle + rows * kRow, constants, allConstants);
+    canvas.text(column(kColumns), kTitle, lossError.empty() ? "loss" : "loss, band: one standard error");
+    drawLossCurve(canvas, column(kColumns), kTitle + kCaption, kPanel, kPanel, loss, lossError);
+    return canvas.image();
+}
+
+} // namespace cmpg

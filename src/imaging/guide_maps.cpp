@@ -1,0 +1,101 @@
+// Pictures of what one cell of a guide would draw from.
+#include "imaging/guide_maps.h"
+
+#include "imaging/display_image.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+constexpr int kEdge = 256, kMargin = 12, kAxis = 14, kTitle = 34, kCaption = 16, kLegend = 30;
+constexpr double kDecades = 4; // between the brightest colour and the darkest; what is less is as dark
+
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Image& map) {
+    canvas.text(x, y, caption);
+    y += kCaption;
+    const double high = double(*std::max_element(map.values.begin(), map.values.end()));
+    for (int j = 0; j < kEdge; ++j)
+        for (int i = 0; i < kEdge; ++i) {
+            const double density = double(map.at(i, j)[0]);
+            canvas.set(x + i, y + j, density > 0 ? heatColor(1 + std::log10(density / high) / kDecades) : kBlack);
+        }
+    // The map's axes at its corners, then the scale.
+    const Color ink = displayColor(70, 70, 70);
+    canvas.text(x - kAxis, y, "+z", ink);
+    canvas.text(x - kAxis, y + kEdge - Canvas::textHeight(), "-z", ink);
+    y += kEdge + 4;
+    const std::string turn = "2 pi";
+    canvas.text(x, y, "0", ink);
+    canvas.text(x + (kEdge - Canvas::textWidth("azimuth")) / 2, y, "azimuth", ink);
+    canvas.text(x + kEdge - Canvas::textWidth(turn), y, turn, ink);
+    y += kAxis;
+    if (high == 0) {
+        canvas.text(x, y, "nothing known");
+        return;
+    }
+    for (int i = 0; i < kEdge; ++i)
+        canvas.rectangle(x + i, y, 1, 10, heatColor((i + 0.5) / kEdge));
+    const std::string least = number(high * std::pow(10.0, -kDecades)), most = number(high);
+    canvas.text(x, y + 14, least);
+    canvas.text(x + (kEdge - Canvas::textWidth("log, black: 0")) / 2, y + 14, "log, black: 0", ink);
+    canvas.text(x + kEdge - Canvas::textWidth(most), y + 14, most);
+}
+
+} // namespace
+
+Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, int edge) {
+    const auto score = [&](const GuideMass& m) { return weights[0] * m.primal + weights[1] * m.plus + weights[2] * m.minus; };
+    const double all = score(cell.total());
+    Image map(edge, edge, 1);
+    if (!(all > 0))
+        return map;
+    // A quadrant as wide as a pixel has the pixel's mass, its own children included; a wider leaf has its density throughout.
+    const auto fill = [&](const auto& self, std::uint32_t node, int x, int y, int width) -> void {
+        const int half = width / 2;
+        for (std::uint32_t q = 0; q < 4; ++q) {
+            const int left = x + int(q % 2) * half, low = y + int(q / 2) * half;
+            if (half > 1 && cell.nodes[node].child[q]) {
+                self(self, cell.nodes[node].child[q], left, low, half);
+                continue;
+            }
+            const double area = double(half) * half / (double(edge) * edge);
+            const auto density = float(score(cell.nodes[node].mass[q]) / all / area);
+            for (int j = low; j < low + half; ++j)
+                std::fill_n(map.at(left, edge - 1 - j), half, density); // row 0 is the top: z = 1
+        }
+    };
+    fill(fill, 0, 0, 0, edge);
+    return map;
+}
+
+Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
+    constexpr int kStride = kAxis + kEdge + kMargin;
+    Canvas canvas(kMargin + 4 * kStride, kTitle + kCaption + kEdge + kAxis + kLegend + kMargin);
+    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + number(cell.weight()) + " records: density over that of uniform directions",
+                kBlack, 2);
+    const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
+    struct Panel {
+        std::string caption;
+        std::array<double, 3> weights;
+    };
+    const Panel panels[] = {{"P, mean " + number(mean.primal), {1, 0, 0}},
+                            {"D+, mean " + number(mean.plus), {0, 1, 0}},
+                            {"D-, mean " + number(mean.minus), {0, 0, 1}},
+                            {number(wL) + " P + " + number(wD) + " D", {wL, wD, wD}}};
+    int x = kMargin + kAxis;
+    for (const Panel& panel : panels) {
+        drawMap(canvas, x, kTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
+        x += kStride;
+    }
+    return canvas.image();
+}
+
+} // namespace cmpg

@@ -1,0 +1,13 @@
+// The file of --layers.
+#pragma once
+
+#include "render/film.h"
+
+#include <string>
+
+namespace cmpg {
+
+// Layers of one EXR file; those about the guide where there is one.
+void writeLayers(const std::string& file, const Layers& layers, bool guided);
+
+} // namespace cmpg

@@ -1,0 +1,106 @@
+// An image model whose gradients are sampled until their error is small enough.
+#pragma once
+
+#include "lab/batched_passes.h"
+#include "optimize/image_model.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cmpg {
+
+class BatchedModel final : public ImageModel {
+  public:
+    // `inner` outlives it. `budget` is that of one gradient.
+    BatchedModel(ImageModel& inner, SampleBudget budget) : inner_(inner), budget_(std::move(budget)) {}
+
+    std::size_t views() const override { return inner_.views(); }
+    std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
+    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.render(view, spp, key); }
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference,
+                             std::span<const std::uint32_t> counts) override {
+        return inner_.renderHalves(view, spp, key, difference, counts);
+    }
+    void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.picture(view, spp, key); }
+    std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                          std::vector<std::vector<double>>& gradients) override {
+        std::vector<std::vector<double>> ignored;
+        return reverseHalves(view, spp, key, adjoint, gradients, ignored);
+    }
+    // The halves are those of the batches. `half` may be empty.
+    std::uint64_t reverseHalves(std::size_t view, std::uint32_t, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                                std::vector<std::vector<double>>& half) override {
+        std::uint64_t paths = 0;
+        double samples = 0; // of a batch
+        std::vector<std::vector<double>> difference = half;
+        for (auto& entries : difference)
+            std::fill(entries.begin(), entries.end(), 0.0);
+        const BudgetedEstimate estimate = spendBudget(budget_, [&](const BatchPart& part) {
+            std::vector<std::vector<double>> found;
+            found.reserve(gradients.size());
+            for (const auto& gradient : gradients)
+                found.emplace_back(gradient.size());
+            paths += inner_.reverse(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);
+            samples += double(part.samples) / budget_.batches;
+            const double sign = part.batch % 2 == 0 ? 1 : -1;
+            for (std::size_t p = 0; p < difference.size(); ++p)
+                for (std::size_t i = 0; i < difference[p].size(); ++i)
+                    difference[p][i] += sign * part.samples * found[p][i];
+            return joined(found);
+        });
+        for (std::size_t p = 0; p < half.size(); ++p)
+            for (std::size_t i = 0; i < half[p].size(); ++i)
+                half[p][i] += difference[p][i] / (samples * budget_.batches);
+        auto next = estimate.mean.begin();
+        for (auto& gradient : gradients)
+            for (double& entry : gradient)
+                entry += *next++;
+        ++step_.gradients;
+        if (estimate.end != BudgetedEstimate::End::Error) {
+            ++step_.missed;
+            step_.worst = std::max(step_.worst, estimate.error.relative);
+        }
+        return paths;
+    }
+    std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                               std::vector<std::vector<double>>& gradients) override {
+        return inner_.reverseApart(view, spp, key, adjoint, gradients);
+    }
+    void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
+    void endStep() override {
+        inner_.endStep();
+        const Tally step = std::exchange(step_, {});
+        whole_ = {whole_.gradients + step.gradients, whole_.missed + step.missed, std::max(whole_.worst, step.worst)};
+    }
+    void publish() override { inner_.publish(); }
+    void save(ByteWriter& out) const override {
+        out.put(whole_.gradients);
+        out.put(whole_.missed);
+        out.put(whole_.worst);
+        inner_.save(out);
+    }
+    void restore(ByteReader& in, std::uint32_t steps) override {
+        Tally kept;
+        kept.gradients = in.get<std::uint64_t>();
+        kept.missed = in.get<std::uint64_t>();
+        kept.worst = in.real();
+        if (kept.missed > kept.gradients || !(kept.worst >= 0))
+            throw Malformed{"its errors are none"};
+        inner_.restore(in, steps);
+        whole_ = kept;
+    }
+
+    struct Tally {
+        std::uint64_t gradients = 0, missed = 0; // the latter: those of the former whose error stayed too large
+        double worst = 0;                        // error of these
+    };
+    const Tally& tally() const { return whole_; } // of whole steps, those before a restart included
+
+  private:
+    ImageModel& inner_;
+    SampleBudget budget_;
+    Tally whole_, step_; // step_: of the step in flight
+};
+
+} // namespace cmpg

@@ -1,0 +1,148 @@
+// The optimisation part of a comparison's report.
+#include "lab/compare_pictures.h"
+#include "lab/compare_report.h"
+#include "lab/error_plot.h"
+#include "optimize/run_folder.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace cmpg {
+namespace {
+
+constexpr std::size_t kMostPictured = 4, kFewestTexels = 4;
+
+Image valuesImage(const Parameter& parameter, const std::vector<float>& values) {
+    const std::vector<double> wide(values.begin(), values.end());
+    return parameterImage(parameter, wide);
+}
+
+HtmlTable tableOf(const OptimizeComparison& comparison) {
+    HtmlTable table;
+    table.columns = {{"method", "What is compared; how it samples stands below"},
+                     {"steps", "Updates of the parameters"},
+                     {"seconds", "Of all steps, learning included"},
+                     {"of it learning", "Seconds of rebuilding the guide"},
+                     {"parameter MSE", "Mean squared error of the parameters at the end"},
+                     {"ratio", "Error of the first method over this one's"},
+                     {"as good as the first after", "Seconds to reach the first method's final error"},
+                     {"image MSE", "Of the recovered scene's image against the target, both with their own noise"}};
+    for (std::size_t i = 0; i < comparison.results.size(); ++i) {
+        const OptimizeResult& r = comparison.results[i];
+        table.rows.push_back({methodCell(i, r.method, r.chosen),
+                              shortNumber(r.steps), shortNumber(r.seconds), r.trainSeconds > 0 ? shortNumber(r.trainSeconds) : "&ndash;",
+                              withError(r.parameterError.value, r.parameterError.error),
+                              withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;",
+                              r.secondsToFirst ? shortNumber(*r.secondsToFirst) + " s" : "&ndash;",
+                              withError(r.imageError.value, r.imageError.error)});
+    }
+    return table;
+}
+
+std::string headline(const OptimizeComparison& comparison) {
+    const auto& results = comparison.results;
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < results.size(); ++i)
+        if (results[i].parameterError.value < results[best].parameterError.value)
+            best = i;
+    if (best == 0)
+        return results.size() > 1 ? "No other method recovers the parameters better than <b>" + escapeHtml(results.front().method.name) + "</b> here."
+                                  : "";
+    std::string text = "<b>" + escapeHtml(results[best].method.name) + "</b> ends with 1/" +
+                       withError(results[best].ratio.value, results[best].ratio.error) + " of the error of <b>" +
+                       escapeHtml(results.front().method.name) + "</b>";
+    if (results[best].secondsToFirst)
+        text += ", and is as good as that after " + shortNumber(*results[best].secondsToFirst) + " of its " +
+                shortNumber(results[best].seconds) + " seconds";
+    return text + ".";
+}
+
+std::string recoveredFigures(const CompareSubject& subject, const OptimizeComparison& comparison) {
+    std::string html;
+    for (std::size_t k = 0; k < std::min(subject.parameters.size(), kMostPictured); ++k) {
+        const Parameter& parameter = subject.scene.parameters[subject.parameters[k]];
+        const Image truth = valuesImage(parameter, subject.truth[k]);
+        if (truth.pixels() < kFewestTexels)
+            continue;
+        std::vector<CaptionedImage> recovered{{truth, "what is to be found"}, {valuesImage(parameter, comparison.initial[k]), "the start"}};
+        std::vector<CaptionedImage> errors;
+        for (const OptimizeResult& r : comparison.results) {
+            const Image image = valuesImage(parameter, r.values[k]);
+            recovered.push_back({image, "<b>" + escapeHtml(r.method.name) + "</b>, MSE " + shortNumber(r.curve.back().error)});
+            errors.push_back({difference(image, truth), "<b>" + escapeHtml(r.method.name) + "</b>"});
+        }
+        html += "<h3>" + escapeHtml(parameter.name) + ", recovered</h3>\n" +
+                htmlFigures(plainFigures(recovered, parameter.highest() > 1)) + "<h3>Errors</h3>\n" + signedFigures(errors).html();
+    }
+    return html;
+}
+
+} // namespace
+
+ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& config, const OptimizeComparison& comparison) {
+    ComparePart part;
+    ErrorPlot plot;
+    plot.title = "Error of the recovered parameters";
+    plot.vertical = "mean squared error";
+    for (const OptimizeResult& r : comparison.results) {
+        ErrorCurve curve{r.method.name, {}};
+        const std::string name = r.method.name;
+        for (const CurvePoint& point : r.curve) {
+            curve.points.emplace_back(point.seconds, point.error);
+            part.curveRows += csvLine({"optimize", name, std::to_string(point.passes), csvNumber(point.seconds), csvNumber(point.error)});
+        }
+        plot.curves.push_back(std::move(curve));
+        part.resultRows += csvLine({"optimize", name, csvNumber(r.steps), "", csvNumber(r.seconds), csvNumber(r.trainSeconds),
+                                    csvNumber(r.parameterError.value), "", "", "", "", "", "", "", csvNumber(r.ratio.value),
+                                    csvNumber(r.ratio.error), csvNumber(r.imageError.value), r.chosen});
+        part.table.push_back({{"mode", "optimize"},
+                              {"method", name},
+                              {"steps", r.steps},
+                              {"repetitions", r.repetitions},
+                              {"seconds", r.seconds},
+                              {"train_seconds", r.trainSeconds},
+                              {"initial_mse", comparison.initialError},
+                              {"mse", r.parameterError.value},
+                              {"mse_error", r.parameterError.error},
+                              {"ratio", r.ratio.value},
+                              {"ratio_error", r.ratio.error},
+                              {"image_mse", r.imageError.value},
+                              {"chosen", r.chosen}});
+        std::vector<double> values;
+        for (const auto& parameter : r.values)
+            values.insert(values.end(), parameter.begin(), parameter.end());
+        for (auto& [suffix, image] : imagesOf(subject, CompareMode::Optimize, values))
+            part.images.emplace_back(suffix.empty() ? name : name + "." + suffix, std::move(image));
+    }
+    part.svg = plot.svg();
+
+    std::string names;
+    for (const std::uint32_t p : subject.parameters)
+        names += (names.empty() ? "" : ", ") + escapeHtml(subject.scene.parameters[p].name);
+    const std::string budget = subject.options.time ? shortNumber(double(*subject.options.time)) + " seconds for each method, everything counted"
+                                                    : std::to_string(config.steps) + " steps for each method";
+    const std::uint32_t repetitions = comparison.results.front().repetitions;
+    part.html = "<section>\n<h2>Recovery of <code>" + names +
+                "</code> from a picture</h2>\n<p class=\"lead\">Gradient descent from a wrong start until the scene&rsquo;s image matches the target: " +
+                budget + "; a step renders " + std::to_string(config.spp) + " samples per pixel and differentiates " +
+                std::to_string(config.sppGradient) + ". The error before the first step is " + shortNumber(comparison.initialError) + ".</p>\n";
+    const std::string result = headline(comparison);
+    if (!result.empty())
+        part.html += "<p class=\"result\">" + result + "</p>\n";
+    std::vector<CaptionedImage> pictures{{subject.target.image, subject.furtherTargets.empty() ? "the target" : "the first of the targets"}};
+    for (const Target& target : subject.furtherTargets)
+        pictures.push_back({target.image, "a further target"});
+    pictures.push_back({subject.picture, "the scene at the start"});
+    part.html += htmlFigures(plainFigures(pictures, true));
+    part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + part.svg + "</div>\n" + htmlTable(tableOf(comparison)) +
+                 recoveredFigures(subject, comparison) +
+                 "<details><summary>How to read this</summary>\n<p>The right values are known, so the error is that of the recovered values "
+                 "themselves, not of an image. Methods take turns, step by step. Learning and rebuilding of guides count; compilation does not. " +
+                 std::string(repetitions > 1 ? "Figures are means of " + std::to_string(repetitions) +
+                                                   " runs with different random numbers, &plusmn; the standard error; curve and pictures are the first&rsquo;s."
+                                             : "It is one run: other random numbers would move the figures somewhat.") +
+                 " The image error holds the noise of the target and of the final rendering.</p></details>\n</section>\n";
+    return part;
+}
+
+} // namespace cmpg

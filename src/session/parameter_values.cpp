@@ -1,0 +1,84 @@
+// Values users give for parameters: --set, --direction, adjoints.
+#include "session/parameter_values.h"
+
+#include "base/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+namespace cmpg {
+namespace {
+
+std::string sizeText(std::size_t width, std::size_t height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
+// "0.5" or "r,g,b"; nothing if the text is neither (a file name, then).
+std::optional<std::vector<float>> parseNumbers(const std::string& text) {
+    std::vector<float> numbers;
+    const char* at = text.c_str();
+    while (true) {
+        char* end = nullptr;
+        numbers.push_back(std::strtof(at, &end));
+        if (end == at)
+            return {};
+        if (*end == 0)
+            return numbers;
+        if (*end != ',')
+            return {};
+        at = end + 1;
+    }
+}
+
+// The image of a file as entries of a parameter. One channel serves all; of three equal ones a scalar takes the first.
+std::vector<float> readEntries(const Parameter& parameter, const std::string& file) {
+    const Image image = readImage(file).image;
+    if (std::size_t(image.width) != parameter.width || std::size_t(image.height) != parameter.height)
+        throw Error(ErrorKind::Input,
+                    "'" + file + "' is " + sizeText(image.width, image.height) + ", but " + parameter.name + " has " +
+                        sizeText(parameter.width, parameter.height) + " entries",
+                    "the image was made for another parameter", "give an image of the parameter's own size, or a number");
+    std::vector<float> values(parameter.entries());
+    for (std::size_t p = 0; p < image.pixels(); ++p)
+        for (std::uint32_t c = 0; c < parameter.channels; ++c)
+            values[p * parameter.channels + c] = image.values[p * image.channels + std::min<int>(c, image.channels - 1)];
+    for (float v : values)
+        if (!std::isfinite(v))
+            throw Error(ErrorKind::Input, "'" + file + "' holds values that are not finite", "", "repair the image");
+    return values;
+}
+
+} // namespace
+
+void applySet(Scene& scene, const std::string& assignment) {
+    const std::size_t equals = assignment.find('=');
+    const std::string name = assignment.substr(0, equals), value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
+    if (name.empty() || value.empty())
+        throw Error(ErrorKind::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
+    const auto numbers = parseNumbers(value);
+    for (std::uint32_t index : scene.select(name)) {
+        Parameter& parameter = scene.parameters[index];
+        setValues(parameter, numbers ? filled(parameter, *numbers) : readEntries(parameter, value));
+    }
+}
+
+std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs) {
+    std::vector<std::uint32_t> selected;
+    for (const std::string& glob : globs)
+        for (std::uint32_t index : scene.select(glob))
+            if (std::find(selected.begin(), selected.end(), index) == selected.end())
+                selected.push_back(index);
+    return selected;
+}
+
+std::vector<float> directionOf(const Parameter& parameter, const std::string& direction) {
+    if (direction == "one")
+        return std::vector<float>(parameter.entries(), 1.0f);
+    if (direction == "self")
+        return valuesOf(parameter);
+    return readEntries(parameter, direction);
+}
+
+} // namespace cmpg

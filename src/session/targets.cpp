@@ -1,0 +1,36 @@
+// --target: an image, and the camera it was taken by.
+#include "session/targets.h"
+
+#include "scene/file_io.h"
+#include "scene/image.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace cmpg {
+
+Image readColorImage(const std::string& file) {
+    Image image = readImage(file).image;
+    if (image.channels == 3)
+        return image;
+    Image grey(image.width, image.height, 3);
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = image.values[i / 3 * image.channels];
+    return grey;
+}
+
+CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
+    const TargetOptions how{.mask = options.mask, .exposure = options.targetExposure};
+    const std::size_t equals = text.find('=');
+    if (equals != std::string::npos) {
+        const std::string camera = text.substr(0, equals);
+        const bool known = std::any_of(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == camera; });
+        if (known || !fileExists(text)) {
+            scene.camera(camera); // an error here names the cameras there are
+            return {camera, loadTarget(text.substr(equals + 1), how)};
+        }
+    }
+    return {"", loadTarget(text, how)};
+}
+
+} // namespace cmpg

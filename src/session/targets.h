@@ -1,0 +1,21 @@
+// --target: an image, and the camera it was taken by.
+#pragma once
+
+#include "optimize/target.h"
+#include "scene/scene.h"
+#include "session/options.h"
+
+namespace cmpg {
+
+// Three channels, as the renderer takes an adjoint; of other images the first channel counts.
+Image readColorImage(const std::string& file);
+
+struct CameraTarget {
+    std::string camera; // empty: the one of --camera
+    Target target;
+};
+
+// "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
+CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text);
+
+} // namespace cmpg
