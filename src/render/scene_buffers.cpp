@@ -246,11 +246,13 @@ void SceneBuffers::layOutCoats() {
     }
 }
 
-// The rows that the material may read: one unless alpha varies.
+// The rows that the material may read: unless alpha varies the one it falls in, and its neighbours, because a device's square root may round otherwise.
 void SceneBuffers::uploadCoat(std::uint32_t material, float alpha) {
     const std::uint32_t parameter = scene_.materials[materialsUp_[material]].parameters[std::size_t(SlotKind::Roughness)];
-    const bool varies = hasSecond_ || scene_.parameters[parameter].entries() > 1 || isDifferentiable(parameter);
-    const std::uint32_t first = varies ? 0 : CoatTable::rowOf(alpha), last = varies ? gpu::kCoatRows - 1 : first;
+    const bool varies = scene_.parameters[parameter].entries() > 1 || isDifferentiable(parameter);
+    constexpr float kMinAlpha = 1e-3f; // as kernels have it
+    const std::uint32_t row = CoatTable::rowOf(std::max(alpha, kMinAlpha));
+    const std::uint32_t first = varies || row == 0 ? 0 : row - 1, last = varies ? gpu::kCoatRows - 1 : std::min(row + 1, gpu::kCoatRows - 1);
     std::vector<glm::vec4> texels(std::size_t(gpu::kCoatRows) * gpu::kCoatColumns);
     coats_[coatOf_[material]].write(first, last, texels);
     texels = {texels.begin() + std::ptrdiff_t(first * gpu::kCoatColumns), texels.begin() + std::ptrdiff_t((last + 1) * gpu::kCoatColumns)};
@@ -299,8 +301,7 @@ void SceneBuffers::uploadMaterials(bool second) {
             out.metallic = float(CoatTable::reflectedDiffuse(1 / double(out.ior)));
         } else if (m.model == SurfaceModel::Plastic) {
             out.specular = float(coatTexel(std::uint32_t(i)));
-            if (!second)
-                uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
+            uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
         }
         out.flags |= std::uint32_t(m.model) << gpu::kModelShift;
         if (m.model != SurfaceModel::MetallicRoughness)

@@ -1,6 +1,8 @@
 // Quadrature over visible normals.
 #include "scene/coat_table.h"
 
+#include "base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
@@ -104,12 +106,9 @@ std::uint32_t CoatTable::rowOf(float alpha) {
     return std::min(std::uint32_t(std::sqrt(std::max(alpha, 0.0f)) * float(gpu::kCoatRows)), gpu::kCoatRows - 1);
 }
 
-const CoatTable::Row& CoatTable::row(std::uint32_t index) {
-    const auto [found, isNew] = rows_.try_emplace(index);
-    if (!isNew) return found->second;
+CoatTable::Row CoatTable::makeRow(std::uint32_t index) const {
     const double root = double(index) / double(gpu::kCoatRows), alpha = root * root;
-    Row& row = found->second;
-    row.within = 0;
+    Row row{};
     for (std::uint32_t i = 0; i < gpu::kCoatColumns; ++i) {
         const double cosine = double(i) / double(gpu::kCoatColumns - 1);
         row.transmitted[i] = passed(cosine, alpha, ior_, microfacets_).transmitted;
@@ -120,8 +119,15 @@ const CoatTable::Row& CoatTable::row(std::uint32_t index) {
 }
 
 void CoatTable::write(std::uint32_t first, std::uint32_t last, std::span<glm::vec4> texels) {
+    std::vector<std::pair<std::uint32_t, Row>> missing;
+    for (std::uint32_t r = first; r <= last + 1; ++r)
+        if (!rows_.contains(r)) missing.push_back({r, {}});
+    parallelFor(missing.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) missing[i].second = makeRow(missing[i].first);
+    });
+    rows_.insert(missing.begin(), missing.end());
     for (std::uint32_t r = first; r <= last; ++r) {
-        const Row &here = row(r), &next = row(r + 1);
+        const Row &here = rows_.at(r), &next = rows_.at(r + 1);
         glm::vec4* out = &texels[std::size_t(r) * gpu::kCoatColumns];
         for (std::uint32_t i = 0; i + 1 < gpu::kCoatColumns; ++i)
             out[i] = glm::vec4(here.transmitted[i], here.transmitted[i + 1], next.transmitted[i], next.transmitted[i + 1]);

@@ -33,7 +33,7 @@ class CoatTable {
         std::array<double, gpu::kCoatColumns> transmitted; // at equal steps of the cosine, 0 to 1
         double within;                                     // reflected of diffuse light from within
     };
-    const Row& row(std::uint32_t index);
+    Row makeRow(std::uint32_t index) const;
 
     double ior_;
     Microfacets microfacets_;

@@ -401,7 +401,7 @@ TEST(Lobes, DrawnDirectionsFollowTheirDensity) {
 
 // Both sides, from both sides. Bands of height, each of as many sectors; refraction ends at an edge, so they are integrated by many points.
 TEST(RoughDielectric, DrawnDirectionsFollowTheirDensity) {
-    constexpr int kBands = 80, kSectors = 10, kPoints = 60, kTurns = 160;
+    constexpr int kBands = 80, kSectors = 10, kPoints = 40, kTurns = 480;
     const std::vector<nlohmann::json> materials = materialsOfPairs(true);
     int cases = 0;
     for (const auto& json : materials)

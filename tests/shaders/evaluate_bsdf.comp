@@ -29,6 +29,7 @@ struct Query {
     float roughness, metallic, specular;
     vec3 specularColor;
     float ior;
+    uint model;
     vec3 normal, wo, wi;
 };
 
@@ -48,7 +49,7 @@ void main() {
     const uint i = globalIndex();
     if (i >= count) return;
     const Query q = queries[i];
-    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu, 0u);
+    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu, q.model);
     BsdfDerivatives d;
     Result r;
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);
