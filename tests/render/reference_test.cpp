@@ -1,4 +1,5 @@
 // Images and derivatives against Mitsuba 3, stored with their standard errors by tests/reference/make_references.py.
+#include "support/material_json.h"
 #include "support/render_fixture.h"
 
 #include <algorithm>
@@ -33,6 +34,14 @@ Estimate reduce(int width, int height, int channels, const std::vector<std::vect
     return e;
 }
 
+Scene sceneOf(const nlohmann::json& r) {
+    Scene scene = bundledScene(r["scene"]);
+    if (r.contains("materials"))
+        for (const auto& [name, material] : r["materials"].items())
+            replaceMaterial(scene, name, material);
+    return scene;
+}
+
 // `share`: of the reference's samples per pixel.
 Estimate ours(const nlohmann::json& r, double share) {
     const std::string what = r["what"];
@@ -41,7 +50,7 @@ Estimate ours(const nlohmann::json& r, double share) {
     std::vector<std::string> parameters;
     if (r.contains("parameter"))
         parameters.push_back(r["parameter"]);
-    Bench b(bundledScene(r["scene"]), parameters, config);
+    Bench b(sceneOf(r), parameters, config);
     const View view = viewOf(b.scene, 64, 64);
     const std::uint32_t spp = std::max(1u, std::uint32_t(share * r["spp"].get<double>())), seeds = r["seeds"].get<std::uint32_t>() / 2; // half the reference's work is enough for a verdict
     std::vector<std::vector<float>> direction = b.ones();
@@ -74,7 +83,7 @@ Estimate ours(const nlohmann::json& r, double share) {
 double texelCovariance(const nlohmann::json& r) {
     if (r["what"] != "reverse")
         return 1;
-    const Scene scene = bundledScene(r["scene"]);
+    const Scene scene = sceneOf(r);
     const Parameter& p = scene.parameters[scene.parameter(r["parameter"])];
     return p.width * p.height > 1 && !p.nearest ? 9.0 / 4.0 : 1.0;
 }

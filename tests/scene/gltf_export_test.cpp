@@ -137,6 +137,26 @@ TEST(GltfExport, DimEmissionNeedsNoExtension) {
     EXPECT_EQ(readText(out / "scene.gltf").find("emissive_strength"), std::string::npos);
 }
 
+TEST(GltfExport, GlassLoadsBack) {
+    Fixture f;
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.4}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_volume", {{"thicknessFactor", 1}}}}}};
+    Scene s = loadGltf(f.w.write(f.folder));
+    ASSERT_EQ(s.materials[1].model, SurfaceModel::Dielectric);
+    std::vector<std::uint32_t> changed;
+    for (const char* name : {"plain.baseColor", "plain.specular", "plain.roughness"}) {
+        changed.push_back(s.parameter(name));
+        change(s.parameters[changed.back()]);
+    }
+    EXPECT_EQ(s.parameters[changed[1]].values.size(), 3u);
+    const TempFolder out;
+    exportGltf(s, changed, out.path());
+    const Scene back = loadGltf(out / "scene.gltf");
+    expectSame(s, back);
+    EXPECT_EQ(back.materials[1].model, SurfaceModel::Dielectric);
+}
+
 TEST(GltfExport, BinaryScenesBecomeTextAndData) {
     const TempFolder folder, out;
     GltfWriter w = oneTriangle();
