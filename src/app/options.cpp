@@ -143,6 +143,16 @@ void addCommon(CLI::App& app, Options& o) {
         ->option_text("P=VALUE|FILE")
         ->allow_extra_args(false)
         ->group(scene);
+    app.add_option("--environment", o.environment, "Latitude-longitude picture of the surroundings, in place of the scene's own, or of none")
+        ->option_text("FILE")
+        ->group(scene);
+    app.add_option("--environment-rotation", o.environmentRotation, "Turn that picture about +Y, counter-clockwise seen from above")
+        ->option_text(kind("DEGREES", "0"))
+        ->group(scene);
+    app.add_option("--define", o.define, "Value of a variable of a Mitsuba scene, in place of its default. Repeats")
+        ->option_text("NAME=VALUE")
+        ->allow_extra_args(false)
+        ->group(scene);
 
     const std::string run = "Running (any command)";
     app.add_option("--device", o.device, "Number or part of the name of a device of --list-devices")
@@ -269,7 +279,7 @@ CLI::App* addCommand(CLI::App& app, Options& o, Command command, const std::stri
 }
 
 void addCommands(CLI::App& app, Options& o) {
-    const std::string scene = "Scene, .gltf or .glb";
+    const std::string scene = "Scene, .gltf, .glb or .xml (Mitsuba)";
     CLI::App* open = addCommand(app, o, Command::Open, "A window on a scene; the word may be left away: cmpg-vk SCENE", scene);
     addParameters(*open, o);
     addTarget(*open, o);

@@ -37,6 +37,9 @@ template <class O, class V> void visitCommon(O& o, V&& v) {
     v("camera", o.camera);
     v("max-depth", o.maxDepth);
     v("set", o.set);
+    v("environment", o.environment);
+    v("environment-rotation", o.environmentRotation);
+    v("define", o.define);
     v("device", o.device);
     v("memory", o.memory);
 }
@@ -241,6 +244,7 @@ nlohmann::ordered_json toConfig(const Options& options) {
             o.batches = batches;
     }
     o.mask = absolutePath(o.mask);
+    o.environment = absolutePath(o.environment);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
     if (o.reference != "auto")

@@ -14,7 +14,8 @@ namespace {
 // a run may go on beyond what was first asked for.
 bool isIdentity(const std::string& key, const Options& options) {
     for (const char* other : {"command", "input", "param", "target", "mask", "target-exposure", "set", "load-guide", "camera", "width", "height",
-                              "device", "memory", "train", "checkpoint-every", "quality", "time-budget", "stop-after"})
+                              "device", "memory", "train", "checkpoint-every", "quality", "time-budget", "stop-after",
+                              "environment", "environment-rotation", "define"})
         if (key == other)
             return false;
     return key != "steps" || options.schedule != Schedule::Constant;

@@ -11,6 +11,8 @@
 
 namespace cmpg {
 
+struct SceneFormat; // scene/scene_file.h
+
 // The things of a material that can be differentiated. `environment.radiance` has its own kind.
 enum class SlotKind : std::uint32_t { BaseColor, Roughness, Metallic, Specular, Emission, Normal, Radiance };
 constexpr std::uint32_t kMaterialSlots = 6;
@@ -100,10 +102,12 @@ struct PunctualLight {
 struct Environment {
     std::uint32_t parameter; // radiance, W x H x 3 (intensity folded in); latitude-longitude
     float rotation = 0;      // radians about +y; world = R_y(rotation) * environment
+    bool replaced = false;   // by LoadOptions::environment: the scene's own file does not have it
 };
 
 struct Scene {
     std::string source; // path it came from
+    const SceneFormat* format = nullptr; // that it was read from; nullptr: built in memory
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<AlphaTexture> alphaTextures;
@@ -123,21 +127,7 @@ struct Scene {
     const Camera& camera(const std::string& name) const; // "" = first
 };
 
-// What is larger is refused, since a small file can ask for much: by instances, shared accessors, and images shared by materials.
-struct LoadOptions {
-    std::size_t maxTextureSize = 8192;                                // edge in texels
-    std::uint64_t maxTriangles = std::uint64_t(1) << 27;              // instances included; also a third of the vertices
-    std::uint64_t maxTextureBytes = std::uint64_t(16) << 30;          // of all slots of all materials
-};
-
-// Reads .gltf or .glb exactly as docs/conventions.md says. Throws Error(Input).
-Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options = {});
-
 // Of the triangles' positions and order: equal for equal geometry, on every machine.
 std::uint64_t geometryHash(const Scene& scene);
-
-// Writes the source scene with the given parameters' current values put back into its materials and textures (8-bit) to
-// `folder`/scene.gltf, readable by any glTF viewer; and exact values as parameters/<name>.exr beside it.
-void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
 
 } // namespace cmpg

@@ -86,7 +86,7 @@ class MutatedScenes : public testing::Test {
         const fs::path file = folder_ / "scene.gltf";
         std::ofstream(file) << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         try {
-            Scene scene = loadGltf(file, kLimits);
+            Scene scene = loadScene(file, kLimits);
             ++loaded_;
             use(scene);
         } catch (const Error& error) {

@@ -4,6 +4,7 @@
 #include "scene/features.h"
 #include "scene/image_decode.h"
 #include "scene/light_distribution.h"
+#include "scene/scene_file.h"
 #include "support/scene_mutation.h"
 
 #include <cmath>
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Larger ones are refused, so that what a small file makes of itself shows.
-constexpr LoadOptions kLimits = {.maxTextureSize = 512, .maxTriangles = 1 << 14, .maxTextureBytes = 1 << 24};
+const LoadOptions kLimits = {.maxTextureSize = 512, .maxTriangles = 1 << 14, .maxTextureBytes = 1 << 24};
 
 // The folder of the scene, with what it may name beside itself.
 class SceneFolder {
@@ -68,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static const SceneFolder folder;
     const fs::path file = folder.holding({data, size});
     fuzz::accepts({ErrorKind::Input}, [&] {
-        const Scene scene = loadGltf(file, kLimits);
+        const Scene scene = loadScene(file, kLimits);
         requireSound(scene);
         std::vector<std::uint32_t> all(scene.parameters.size());
         std::iota(all.begin(), all.end(), 0u);

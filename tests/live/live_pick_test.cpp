@@ -85,7 +85,7 @@ TEST(LivePick, IsAnsweredInTheMidstOfAStep) {
 }
 
 TEST(LivePick, RaysAreThoseOfTheRenderer) {
-    Scene scene = loadGltf(sceneFile("materials"));
+    Scene scene = loadScene(sceneFile("materials"));
     Device device{Device::Options{}};
     Renderer renderer(device, scene, {});
     constexpr int kEdge = 48;

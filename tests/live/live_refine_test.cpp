@@ -11,7 +11,7 @@ namespace {
 struct Headless {
     Options options;
     Device device{Device::Options{}};
-    Scene scene = loadGltf(options.input);
+    Scene scene = loadScene(options.input);
     View view;
 
     explicit Headless(const Options& o) : options(o) {

@@ -1,5 +1,5 @@
 // What stands between a glTF file and tinygltf: the file's JSON is checked, then rewritten into what tinygltf 2.7 reads right.
-#include "scene/gltf_fence.h"
+#include "scene/gltf/fence.h"
 
 #include "scene/file_io.h"
 

@@ -1,11 +1,8 @@
 // The steps of reading a glTF scene; loadGltf() runs them in this order.
 #pragma once
 
-#include "scene/gltf_document.h"
-#include "scene/scene.h"
-
-#include <map>
-#include <set>
+#include "scene/gltf/document.h"
+#include "scene/scene_builder.h"
 
 namespace cmpg {
 
@@ -14,24 +11,15 @@ struct NodeInstance {
     glm::dmat4 toWorld;
 };
 
-struct GltfLoad {
+struct GltfLoad : SceneBuilder {
+    GltfLoad(const GltfDocument& source, const LoadOptions& loadOptions);
+
     const GltfDocument& document;
     const tinygltf::Model& model; // of the document
     const tinygltf::Scene* shown; // nullptr if the file has no scene
-    LoadOptions options;
-    Scene scene;
     std::vector<NodeInstance> instances;
-    std::set<std::string> ignored; // what the file has and we do not render: named in one warning
     std::uint64_t unusedVertices = 0;
-    std::uint64_t textureBytes = 0; // of all slots so far
-    std::set<std::string> warned = {};
-
-    void warn(const std::string& text); // once
-    void addTextureBytes(std::uint64_t bytes, const std::string& parameter); // fails beyond LoadOptions::maxTextureBytes
 };
-
-// Names given so far, and the last number of their likes.
-using UniqueNames = std::map<std::string, std::uint32_t>;
 
 std::vector<NodeInstance> walkNodes(const GltfLoad& load);
 void loadMaterials(GltfLoad& load);
@@ -46,8 +34,5 @@ bool usesDefaultMaterial(const GltfLoad& load);
 
 // For messages.
 std::string nodePlace(std::uint32_t node);
-
-// `name` without control characters, made unique by #2, #3 ...
-std::string uniqueName(std::string name, UniqueNames& taken);
 
 } // namespace cmpg

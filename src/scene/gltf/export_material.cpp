@@ -1,6 +1,6 @@
 // Puts parameter values back into a glTF material: 8-bit textures whose factors are 1, or factors alone.
 #include "base/error.h"
-#include "scene/gltf_export.h"
+#include "scene/gltf/export.h"
 #include "scene/image_decode.h"
 
 #include <algorithm>
@@ -58,7 +58,7 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
         if (old.contains("sampler")) texture["sampler"] = old["sampler"];
     }
     const std::string uri =
-        folder_.add("textures/" + fileName(name), ".png", encodePng(pixels, int(size.width), int(size.height), channels));
+        uriOf(folder_.add("textures/" + fileName(name), ".png", encodePng(pixels, int(size.width), int(size.height), channels)));
     root_["images"].push_back({{"uri", uri}, {"name", name}});
     texture["source"] = root_["images"].size() - 1;
     root_["textures"].push_back(std::move(texture));

@@ -1,30 +1,17 @@
 // From a textureInfo of a material to texels and how they are addressed.
 #pragma once
 
-#include "scene/gltf_load.h"
-#include "scene/gltf_value.h"
+#include "scene/gltf/load.h"
+#include "scene/gltf/value.h"
 #include "scene/image_decode.h"
 
 #include <map>
 
 namespace cmpg {
 
-struct TextureUse {
+struct TextureUse : TextureAddress {
     std::uint32_t image = 0;
     bool linear = false; // images[i].extras.colorSpace
-    Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
-    bool nearest = false;
-    std::uint32_t texcoord = 0;
-    glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0};
-
-    // Parameter or AlphaTexture.
-    template <class Target> void address(Target& target) const {
-        target.wrapU = wrapU;
-        target.wrapV = wrapV;
-        target.nearest = nearest;
-        target.texcoord = texcoord;
-        target.uvTransform = uvTransform;
-    }
 };
 
 // A textureInfo: of a material, of its normal texture, or inside an extension. Without index there is none.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/file_io.h"
-#include "scene/json_view.h"
+#include "scene/gltf/json_view.h"
 
 #include <tiny_gltf.h>
 

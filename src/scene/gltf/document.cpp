@@ -1,8 +1,8 @@
 // A glTF file and the files it names, read safely: nothing outside its folder, nothing larger than the file says.
-#include "scene/gltf_document.h"
+#include "scene/gltf/document.h"
 
 #include "base/error.h"
-#include "scene/gltf_fence.h"
+#include "scene/gltf/fence.h"
 
 #include <algorithm>
 #include <cstring>

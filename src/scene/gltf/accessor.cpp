@@ -1,5 +1,5 @@
 // Numbers out of glTF accessors: any component type, normalised, strided, sparse; every bound checked.
-#include "scene/gltf_accessor.h"
+#include "scene/gltf/accessor.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // From a textureInfo of a material to texels and how they are addressed.
-#include "scene/gltf_textures.h"
+#include "scene/gltf/textures.h"
 
 #include <cmath>
 
@@ -61,8 +61,7 @@ const RawImage& ImageCache::get(std::uint32_t image) {
     std::string name = load_.document.name() + ": " + view.place();
     const std::string uri = view["uri"].string("");
     if (!uri.empty() && !isDataUri(uri)) name += " (" + uri + ")";
-    const std::size_t edge = load_.options.maxTextureSize;
-    RawImage decoded = decodeImage(load_.document.imageBytes(image), name, {.maxEdge = edge, .maxPixels = edge * edge});
+    RawImage decoded = decodeImage(load_.document.imageBytes(image), name, load_.imageLimits());
     bytes_ += decoded.bytes.size() + decoded.values.size() * sizeof(float);
     return images_.emplace(image, std::move(decoded)).first->second;
 }

@@ -1,7 +1,7 @@
 // What stands between a glTF file and tinygltf: the file's JSON is checked, then rewritten into what tinygltf 2.7 reads right.
 #pragma once
 
-#include "scene/json_view.h"
+#include "scene/gltf/json_view.h"
 
 namespace cmpg {
 

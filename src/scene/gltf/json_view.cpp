@@ -1,5 +1,5 @@
 // Reading untrusted JSON: every access is checked and every complaint names the place in the file.
-#include "scene/json_view.h"
+#include "scene/gltf/json_view.h"
 
 #include "base/error.h"
 

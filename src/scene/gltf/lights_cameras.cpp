@@ -1,6 +1,6 @@
 // Cameras, punctual lights and the environment of a glTF scene.
-#include "scene/gltf_load.h"
-#include "scene/gltf_value.h"
+#include "scene/gltf/load.h"
+#include "scene/gltf/value.h"
 #include "scene/image_decode.h"
 
 #include <algorithm>
@@ -18,27 +18,17 @@ constexpr float kTiny = std::numeric_limits<float>::min();
 // World space as stored: shifted by the centre that positions were shifted by.
 glm::vec3 worldPlace(const GltfLoad& load, const glm::dmat4& toWorld) { return glm::vec3(glm::dvec3(toWorld[3]) - load.scene.center); }
 
-// The node's axes made orthonormal: scale and shear of a node do not bend a camera, a mirrored node mirrors it.
-glm::mat4 cameraFrame(const GltfLoad& load, const NodeInstance& instance) {
-    const glm::dmat3 m(instance.toWorld);
-    const glm::dvec3 z = glm::normalize(m[2]);
-    const glm::dvec3 y = glm::normalize(m[1] - z * glm::dot(m[1], z));
-    const glm::dvec3 across = m[0] - z * glm::dot(m[0], z);
-    const glm::dvec3 x = glm::normalize(across - y * glm::dot(across, y));
-    const double sum = glm::dot(x, x) + glm::dot(y, y) + glm::dot(z, z);
-    if (!std::isfinite(sum))
-        load.document.at(nodePlace(instance.node)).fail("carries a camera, but its transform is singular", "a scale of zero",
-                                                        "give the camera's node a scale of 1");
-    return glm::mat4(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(worldPlace(load, instance.toWorld), 1)));
-}
-
 void addCamera(GltfLoad& load, const NodeInstance& instance, UniqueNames& names) {
     const tinygltf::Node& node = load.model.nodes[instance.node];
     const tinygltf::Camera& source = load.model.cameras[std::size_t(node.camera)];
     Camera camera;
     const std::string fallback = "camera" + std::to_string(load.scene.cameras.size());
     camera.name = uniqueName(!node.name.empty() ? node.name : !source.name.empty() ? source.name : fallback, names);
-    camera.toWorld = cameraFrame(load, instance);
+    const std::optional<glm::mat4> frame = load.cameraFrame(instance.toWorld);
+    if (!frame)
+        load.document.at(nodePlace(instance.node)).fail("carries a camera, but its transform is singular", "a scale of zero",
+                                                        "give the camera's node a scale of 1");
+    camera.toWorld = *frame;
     camera.orthographic = source.type == "orthographic";
     if (camera.orthographic) {
         // Exporters write negative magnifications for flipped views; only their size matters to us.
@@ -54,30 +44,13 @@ void addCamera(GltfLoad& load, const NodeInstance& instance, UniqueNames& names)
     load.scene.cameras.push_back(std::move(camera));
 }
 
-// Looks along -Z at the bounding sphere, which just fits a square image.
-Camera framingCamera(const Geometry& geometry) {
-    glm::vec3 low(0), high(0);
-    for (const glm::vec3& p : geometry.positions) {
-        const bool first = &p == geometry.positions.data();
-        low = first ? p : glm::min(low, p);
-        high = first ? p : glm::max(high, p);
-    }
-    Camera camera;
-    camera.name = "default";
-    const float radius = std::max(0.5f * glm::length(high - low), kTiny);
-    camera.toWorld[3] = glm::vec4((low + high) * 0.5f + glm::vec3(0, 0, radius / std::sin(camera.yfov / 2)), 1);
-    return camera;
-}
-
 } // namespace
 
 void loadCameras(GltfLoad& load) {
     UniqueNames names;
     for (const NodeInstance& instance : load.instances)
         if (load.model.nodes[instance.node].camera >= 0) addCamera(load, instance, names);
-    if (!load.scene.cameras.empty()) return;
-    load.warn("the scene has no camera: a default one frames its bounding box from +Z");
-    load.scene.cameras.push_back(framingCamera(load.scene.geometry));
+    load.ensureCamera();
 }
 
 void loadLights(GltfLoad& load) {
@@ -117,32 +90,10 @@ void loadEnvironment(GltfLoad& load) {
     const float intensity = real(member(source, "intensity"), 1);
     const auto shown = std::uint32_t(load.shown - load.model.scenes.data());
     const JsonView uri = load.document.root()["scenes"].at(shown)["extras"]["environment"]["uri"];
-    const std::size_t edge = load.options.maxTextureSize;
     const std::string name = load.document.name() + ": " + uri.place();
-    const RawImage image = decodeImage(load.document.readUri(uri), name, {.maxEdge = edge, .maxPixels = edge * edge});
-
-    Parameter p;
-    p.name = "environment.radiance";
-    p.kind = SlotKind::Radiance;
-    p.textured = true;
-    p.width = image.width;
-    p.height = image.height;
-    p.wrapV = Wrap::Clamp;
-    p.values.resize(p.entries());
-    std::size_t negative = 0;
-    for (std::size_t i = 0; i < image.pixels(); ++i)
-        for (std::uint32_t c = 0; c < 3; ++c) {
-            const std::size_t from = i * image.channels + image.channel(c);
-            const float code = image.bytes.empty() ? image.values[from] : float(image.bytes[from]) / 255.0f;
-            const float value = (image.linear ? code : srgbDecode(code)) * intensity;
-            negative += value < 0;
-            p.values[i * 3 + c] = std::max(value, 0.0f);
-        }
-    if (negative) load.warn(p.name + ": " + std::to_string(negative) + " negative values were clamped to 0");
-    if (!std::all_of(p.values.begin(), p.values.end(), [](float v) { return std::isfinite(v); }))
+    const RawImage image = decodeImage(load.document.readUri(uri), name, load.imageLimits());
+    if (!load.setEnvironment(image, intensity, real(member(source, "rotation"), 0)))
         uri.fail("shows a picture that overflows by its intensity");
-    load.scene.environment = Environment{std::uint32_t(load.scene.parameters.size()), real(member(source, "rotation"), 0)};
-    load.scene.parameters.push_back(std::move(p));
 }
 
 } // namespace cmpg

@@ -1,6 +1,6 @@
 // Triangles of a glTF scene in world space.
-#include "scene/gltf_accessor.h"
-#include "scene/gltf_load.h"
+#include "scene/gltf/accessor.h"
+#include "scene/gltf/load.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,24 +8,6 @@
 
 namespace cmpg {
 namespace {
-
-// Positions are re-centred when the scene lies further from the origin than this many of its diagonals: float32 then still
-// resolves 2^-24 * kFarAway of the diagonal.
-constexpr double kFarAway = 8;
-// A triangle is degenerate when twice its area is below this share of its longest edge squared: float32 coordinates cannot tell
-// it from a line.
-constexpr double kFlat = 1e-9;
-
-// Grows with every primitive; positions stay in double until the centre is known.
-struct Builder {
-    std::vector<glm::dvec3> positions;
-    std::vector<glm::vec3> normals;
-    std::vector<glm::vec2> uv0, uv1;
-    std::vector<glm::vec4> tangents, colors;
-    std::vector<Triangle> triangles;
-    bool hasNormals = false, hasUv0 = false, hasUv1 = false, hasTangents = false, hasColors = false;
-    std::uint64_t read = 0; // vertices, used or not; a primitive counts as one at least, so that none comes for free
-};
 
 // Corners of all triangles, three each, as indices of `vertices`: lists, strips and fans made alike.
 std::vector<std::uint32_t> triangulate(std::vector<std::uint32_t> corners, int mode) {
@@ -44,11 +26,6 @@ std::vector<std::uint32_t> triangulate(std::vector<std::uint32_t> corners, int m
     return out;
 }
 
-glm::vec3 unitOrZero(const glm::dvec3& v) {
-    const double length = glm::length(v);
-    return length > 0 && std::isfinite(length) ? glm::vec3(v / length) : glm::vec3(0);
-}
-
 glm::vec4 colorAt(GltfLoad& load, const AccessorValues& colors, std::uint32_t i) {
     if (!colors.count) return glm::vec4(1);
     const glm::vec4 color(colors(i, 0), colors(i, 1), colors(i, 2), colors.components == 4 ? colors(i, 3) : 1.0f);
@@ -57,7 +34,7 @@ glm::vec4 colorAt(GltfLoad& load, const AccessorValues& colors, std::uint32_t i)
     return clamped;
 }
 
-void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primitive, const std::string& place,
+void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive& primitive, const std::string& place,
                   const glm::dmat4& toWorld) {
     const tinygltf::Model& model = load.model;
     if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
@@ -75,8 +52,8 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
     const std::uint32_t count = countOf(position->second);
     const std::uint64_t corners = primitive.indices >= 0 ? countOf(primitive.indices) : count;
     const std::uint64_t most = load.options.maxTriangles;
-    out.read += std::max(count, 1u);
-    if (out.triangles.size() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > most || out.read > 3 * most)
+    read += std::max(count, 1u);
+    if (load.geometry.triangles() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > most || read > 3 * most)
         load.document.at(place).fail("brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
                                      "the mesh is too detailed, or its counts are damaged", "simplify the scene");
     const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t widest) {
@@ -103,68 +80,40 @@ void addPrimitive(GltfLoad& load, Builder& out, const tinygltf::Primitive& primi
     const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
     const AccessorValues colors = attribute("COLOR_0", 3, 4);
     const AccessorValues tangents = normalMapped && normals.count ? attribute("TANGENT", 4, 4) : AccessorValues{};
-    out.hasNormals |= normals.count > 0;
-    out.hasUv0 |= uv0.count > 0;
-    out.hasUv1 |= uv1.count > 0;
-    out.hasColors |= colors.count > 0;
-    out.hasTangents |= tangents.count > 0;
+    load.geometry.provide({normals.count > 0, uv0.count > 0, uv1.count > 0, tangents.count > 0, colors.count > 0});
 
     const glm::dmat3 linear(toWorld);
     const double sign = glm::determinant(linear) < 0 ? -1 : 1;
-    // The cofactor matrix transforms normals even where the node squashes a dimension to nothing.
-    const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]), glm::cross(linear[0], linear[1]));
+    const glm::dmat3 cofactor = cofactorMatrix(linear);
 
     constexpr std::uint32_t kUnused = ~0u;
     std::vector<std::uint32_t> moved(count, kUnused); // of a vertex of the file in the scene
     const auto addVertex = [&](std::uint32_t i) {
         const glm::dvec3 local(positions(i, 0), positions(i, 1), positions(i, 2));
         const glm::dvec3 world(toWorld * glm::dvec4(local, 1));
-        for (int k = 0; k < 3; ++k)
-            if (!(std::abs(world[k]) < double(std::numeric_limits<float>::max())))
-                load.document.at(place + ".attributes.POSITION").fail("leaves the range of numbers at vertex " + std::to_string(i),
-                                                                      "a node scales it too much", "check the transforms of the nodes");
-        out.positions.push_back(world);
-        out.normals.push_back(normals.count ? unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))))
-                                            : glm::vec3(0));
-        out.uv0.push_back(uv0.count ? glm::vec2(uv0(i, 0), uv0(i, 1)) : glm::vec2(0));
-        out.uv1.push_back(uv1.count ? glm::vec2(uv1(i, 0), uv1(i, 1)) : glm::vec2(0));
-        out.colors.push_back(colorAt(load, colors, i));
-        glm::vec4 tangent(0);
+        if (!fitsFloats(world))
+            load.document.at(place + ".attributes.POSITION").fail("leaves the range of numbers at vertex " + std::to_string(i),
+                                                                  "a node scales it too much", "check the transforms of the nodes");
+        Vertex vertex;
+        vertex.position = world;
+        if (normals.count) vertex.normal = unitOrZero(sign * (cofactor * glm::dvec3(normals(i, 0), normals(i, 1), normals(i, 2))));
+        if (uv0.count) vertex.uv0 = {uv0(i, 0), uv0(i, 1)};
+        if (uv1.count) vertex.uv1 = {uv1(i, 0), uv1(i, 1)};
+        vertex.color = colorAt(load, colors, i);
         if (tangents.count) {
             const glm::vec3 t = unitOrZero(linear * glm::dvec3(tangents(i, 0), tangents(i, 1), tangents(i, 2)));
-            if (t != glm::vec3(0)) tangent = glm::vec4(t, (tangents(i, 3) < 0 ? -1.0f : 1.0f) * float(sign));
+            if (t != glm::vec3(0)) vertex.tangent = glm::vec4(t, (tangents(i, 3) < 0 ? -1.0f : 1.0f) * float(sign));
         }
-        out.tangents.push_back(tangent);
+        return load.geometry.add(vertex);
     };
     for (std::uint32_t& i : list) {
-        if (moved[i] == kUnused) {
-            moved[i] = std::uint32_t(out.positions.size());
-            addVertex(i);
-        }
+        if (moved[i] == kUnused) moved[i] = addVertex(i);
         i = moved[i];
     }
     load.unusedVertices += std::uint64_t(std::count(moved.begin(), moved.end(), kUnused));
     // A mirrored node turns its triangles inside out; swapping two corners turns them back.
     const std::size_t second = sign < 0 ? 2 : 1;
-    for (std::size_t t = 0; t < list.size(); t += 3) out.triangles.push_back({{list[t], list[t + second], list[t + 3 - second]}, material});
-}
-
-glm::dvec3 chooseCenter(const std::vector<glm::dvec3>& positions) {
-    if (positions.empty()) return glm::dvec3(0);
-    glm::dvec3 low(positions[0]), high(positions[0]);
-    for (const glm::dvec3& p : positions) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
-    const glm::dvec3 center = (low + high) * 0.5;
-    return glm::length(center) > kFarAway * glm::length(high - low) ? center : glm::dvec3(0);
-}
-
-bool degenerate(const Geometry& geometry, const Triangle& triangle) {
-    const glm::dvec3 a(geometry.positions[triangle.vertices[0]]), b(geometry.positions[triangle.vertices[1]]),
-        c(geometry.positions[triangle.vertices[2]]);
-    const double longest = std::max({glm::length(b - a), glm::length(c - a), glm::length(c - b)});
-    return !(glm::length(glm::cross(b - a, c - a)) > kFlat * longest * longest);
+    for (std::size_t t = 0; t < list.size(); t += 3) load.geometry.add(Triangle{{list[t], list[t + second], list[t + 3 - second]}, material});
 }
 
 } // namespace
@@ -181,7 +130,7 @@ bool usesDefaultMaterial(const GltfLoad& load) {
 }
 
 void loadGeometry(GltfLoad& load) {
-    Builder built;
+    std::uint64_t read = 0; // vertices, used or not; a primitive counts as one at least, so that none comes for free
     for (const NodeInstance& instance : load.instances) {
         const tinygltf::Node& node = load.model.nodes[instance.node];
         if (node.mesh < 0) continue;
@@ -189,25 +138,10 @@ void loadGeometry(GltfLoad& load) {
         const auto& primitives = load.model.meshes[std::size_t(node.mesh)].primitives;
         for (std::size_t i = 0; i < primitives.size(); ++i) {
             const std::string place = "meshes[" + std::to_string(node.mesh) + "].primitives[" + std::to_string(i) + "]";
-            addPrimitive(load, built, primitives[i], place, instance.toWorld);
+            addPrimitive(load, read, primitives[i], place, instance.toWorld);
         }
     }
-
-    Geometry& geometry = load.scene.geometry;
-    load.scene.center = chooseCenter(built.positions);
-    geometry.positions.reserve(built.positions.size());
-    for (const glm::dvec3& p : built.positions) geometry.positions.emplace_back(p - load.scene.center);
-    for (const Triangle& t : built.triangles) {
-        if (degenerate(geometry, t))
-            ++load.scene.skippedTriangles;
-        else
-            geometry.triangles.push_back(t);
-    }
-    if (built.hasNormals) geometry.normals = std::move(built.normals);
-    if (built.hasUv0) geometry.uv0 = std::move(built.uv0);
-    if (built.hasUv1) geometry.uv1 = std::move(built.uv1);
-    if (built.hasTangents) geometry.tangents = std::move(built.tangents);
-    if (built.hasColors) geometry.colors = std::move(built.colors);
+    load.geometry.finish(load.scene);
 }
 
 } // namespace cmpg

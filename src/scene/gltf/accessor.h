@@ -1,7 +1,7 @@
 // Numbers out of glTF accessors: any component type, normalised, strided, sparse; every bound checked.
 #pragma once
 
-#include "scene/gltf_document.h"
+#include "scene/gltf/document.h"
 
 namespace cmpg {
 

@@ -1,8 +1,9 @@
 // Reads a glTF scene: the order of the steps, the node hierarchy, and what is said about things left out.
-#include "scene/gltf_load.h"
+#include "scene/gltf/load.h"
 
 #include "base/error.h"
-#include "scene/gltf_value.h"
+#include "scene/gltf/gltf.h"
+#include "scene/gltf/value.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,62 +56,27 @@ void noteIgnored(GltfLoad& load) {
     if (load.model.scenes.size() > 1) load.ignored.insert("scenes other than the default one");
 }
 
-bool emitsLight(const Parameter& p) {
-    const auto positive = [](auto v) { return v > 0; };
-    if (p.bytes.empty()) return std::any_of(p.values.begin(), p.values.end(), positive);
-    return (p.scale.x > 0 || p.scale.y > 0 || p.scale.z > 0) && std::any_of(p.bytes.begin(), p.bytes.end(), positive);
-}
-
 void summarise(GltfLoad& load) {
-    Scene& scene = load.scene;
-    const auto join = [](const auto& parts) {
-        std::string text;
-        for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-        return text;
-    };
-    if (!load.ignored.empty()) load.warn("not rendered: " + join(load.ignored));
-    std::vector<std::string> skipped;
-    const auto count = [&](std::uint64_t number, const char* ofWhat) {
-        if (number) skipped.push_back(std::to_string(number) + " " + ofWhat);
-    };
     std::set<int> shownMeshes;
     for (const NodeInstance& instance : load.instances)
         if (const int mesh = load.model.nodes[instance.node].mesh; mesh >= 0) shownMeshes.insert(mesh);
-    count(scene.skippedTriangles, "degenerate triangles");
-    count(load.unusedVertices, "vertices no triangle uses");
-    count(load.model.meshes.size() - shownMeshes.size(), "meshes no shown node uses");
-    count(load.model.nodes.size() - load.instances.size(), "nodes outside the scene");
-    if (!skipped.empty()) load.warn("skipped: " + join(skipped));
-    if (scene.geometry.triangles.empty()) load.warn("the scene has no triangles");
-    bool emits = !scene.lights.empty() || scene.environment;
-    for (const Parameter& p : scene.parameters) emits |= p.kind == SlotKind::Emission && emitsLight(p);
-    if (!emits) load.warn("the scene has no light at all: images will be black");
+    load.summarise({{load.unusedVertices, "vertices no triangle uses"},
+                    {load.model.meshes.size() - shownMeshes.size(), "meshes no shown node uses"},
+                    {load.model.nodes.size() - load.instances.size(), "nodes outside the scene"}});
 }
+
+bool beginsGltf(std::span<const std::uint8_t> head) {
+    return head.size() >= 4 && (std::equal(head.begin(), head.begin() + 4, "glTF") || head[0] == '{');
+}
+
+constexpr const char* kExtensions[] = {".gltf", ".glb"};
 
 } // namespace
 
-void GltfLoad::warn(const std::string& text) {
-    if (warned.insert(text).second) scene.warnings.push_back(text);
-}
+const SceneFormat kGltf = {"glTF 2.0", kExtensions, beginsGltf, loadGltf, writeGltf, "scene.gltf"};
 
-void GltfLoad::addTextureBytes(std::uint64_t bytes, const std::string& parameter) {
-    textureBytes += bytes;
-    if (textureBytes > options.maxTextureBytes)
-        throw Error(ErrorKind::Input, document.name() + ": the textures are too large: up to " + parameter + " they take " +
-                                         std::to_string(textureBytes) + " bytes; at most " + std::to_string(options.maxTextureBytes) + " are read",
-                    "many materials have large textures, each a copy of its own", "scale the textures down");
-}
-
-std::string uniqueName(std::string name, UniqueNames& taken) {
-    for (char& c : name)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_'; // names are printed on terminals
-    const auto [like, isNew] = taken.try_emplace(name, 1);
-    while (!isNew) {
-        std::string numbered = name + "#" + std::to_string(++like->second);
-        if (taken.try_emplace(numbered, 1).second) return numbered;
-    }
-    return name;
-}
+GltfLoad::GltfLoad(const GltfDocument& source, const LoadOptions& loadOptions)
+    : SceneBuilder(source.name(), loadOptions), document(source), model(source.model()), shown(shownScene(source.model())) {}
 
 std::string nodePlace(std::uint32_t node) { return "nodes[" + std::to_string(node) + "]"; }
 
@@ -150,7 +116,7 @@ std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
 
 Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) try {
     const GltfDocument document(file);
-    GltfLoad load{document, document.model(), shownScene(document.model()), options, {}, {}, {}};
+    GltfLoad load(document, options);
     load.scene.source = file.string();
     load.instances = walkNodes(load);
     noteIgnored(load);
@@ -158,7 +124,10 @@ Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) tr
     loadGeometry(load);
     loadCameras(load);
     loadLights(load);
-    loadEnvironment(load);
+    if (options.environment.file.empty())
+        loadEnvironment(load);
+    else
+        load.applyOptions();
     if (load.shown) load.scene.maxDepth = std::uint32_t(number(member(load.shown->extras, "maxDepth"), load.scene.maxDepth));
     summarise(load);
     return std::move(load.scene);
