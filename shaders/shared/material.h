@@ -13,15 +13,22 @@ CMPG_CONST kSlotNormal = 5;
 CMPG_CONST kSlotsPerMaterial = 6;
 CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering depends on
 
+// How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
+CMPG_CONST kModelMetallicRoughness = 0;
+CMPG_CONST kModelDielectric = 1;
+CMPG_CONST kModelThinDielectric = 2;
+CMPG_CONST kModelConductor = 3;
+CMPG_CONST kModelPlastic = 4;
+
 // Constant slots are read from here in two or three fetches; textured ones through their GpuSlot.
 struct GpuMaterial {
     vec3 baseColor;
     float roughness;
-    float metallic;
-    float specular;
-    float ior;
+    float metallic; // metallic-roughness; plastic: what the coat reflects of diffuse light from within; conductor: eta.x
+    float specular; // metallic-roughness; rough plastic: the first texel of its table of transmittances, as bits; conductor: eta.y
+    float ior;      // conductor: eta.z
     uint flags;
-    vec3 specularColor;
+    vec3 specularColor; // metallic-roughness: a constant; dielectrics and plastic: the specular slot; conductor: k
     float alphaCutoff;
     vec3 emission;
     uint alphaSlot; // kNone without alpha mask
@@ -32,6 +39,12 @@ CMPG_CONST kMaterialTexels = 4;
 CMPG_CONST kMaterialEmissive = 0x10000u;
 CMPG_CONST kMaterialAlphaMask = 0x20000u;
 CMPG_CONST kDifferentiatedShift = 8;
+CMPG_CONST kModelShift = 18; // three bits: kModel...
+CMPG_CONST kModelMask = 7u;
+CMPG_CONST kMaterialSmooth = 0x200000u;
+CMPG_CONST kMaterialBeckmann = 0x400000u;
+CMPG_CONST kMaterialNonlinear = 0x800000u;
+CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot
 
 // Where a slot's values live and how a surface point finds them.
 struct GpuSlot {

@@ -47,12 +47,43 @@ struct Parameter {
     float highest() const;
 };
 
+// How a material scatters light. What its slots mean, by model:
+//
+//   model              baseColor (RGB)          specular               roughness
+//   MetallicRoughness  glTF's base colour       one: specularFactor    glTF's roughness; and metallic is read
+//   Dielectric         what is transmitted      RGB: what is reflected alpha, unless smooth
+//   ThinDielectric     what is transmitted      RGB: what is reflected not read: always smooth
+//   Conductor          what is reflected        not read               alpha, unless smooth
+//   Plastic            the diffuse interior     RGB: what is reflected alpha, unless smooth
+//
+// The colours multiply what Fresnel's equations say, as Mitsuba's specular_transmittance, specular_reflectance and diffuse_reflectance do; 1 is
+// physical. The specular slot's parameter has three channels where it is RGB. Slots that are not read still have a parameter, as all slots do.
+enum class SurfaceModel : std::uint32_t {
+    MetallicRoughness, // glTF 2.0, appendix B
+    Dielectric,        // a boundary between two media, reflection and refraction; radiance is scaled by the squared index of refraction
+    ThinDielectric,    // a pane: both of its boundaries, with all reflections between them, and straight through
+    Conductor,         // a metal with a complex index of refraction
+    Plastic,           // a dielectric coat over a diffuse base, with all reflections between them
+};
+enum class Microfacets : std::uint32_t { Ggx, Beckmann };
+
 struct Material {
     std::string name;
     std::array<std::uint32_t, kMaterialSlots> parameters; // index by SlotKind, into Scene::parameters
     bool hasNormalMap = false;
+    SurfaceModel model = SurfaceModel::MetallicRoughness;
+    // MetallicRoughness: the index of refraction of the dielectric part. Dielectric, ThinDielectric, Plastic: that of the interior over that of
+    // the exterior, > 0; the exterior of a Dielectric is where its front faces (counter-clockwise corners).
     float ior = 1.5f;
-    glm::vec3 specularColor{1};
+    glm::vec3 specularColor{1}; // MetallicRoughness alone: specularColorFactor
+
+    // Not for MetallicRoughness, which is GGX with alpha = roughness^2.
+    bool smooth = false;          // an ideal boundary: light goes in single directions, the roughness slot is not read
+    Microfacets microfacets = Microfacets::Ggx; // unless smooth; isotropic, Smith masking
+    bool roughnessIsAlpha = true; // the roughness slot holds Mitsuba's alpha, [0.001, 1]; false: glTF's roughness, alpha = roughness^2
+    glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
+    bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
+
     bool alphaMask = false;
     float alphaCutoff = 0.5f, alphaFactor = 1;
     std::uint32_t alphaTexture = ~0u; // into Scene::alphaTextures, only for alphaMask
