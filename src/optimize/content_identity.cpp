@@ -79,7 +79,11 @@ std::string lightsOf(const Scene& scene) {
 
 std::string cameraOf(const View& view) {
     const Camera& c = *view.camera;
-    return Digest().add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height).text();
+    Digest d;
+    d.add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height);
+    if (c.center != glm::vec2(0))
+        d.add(c.center);
+    return d.text();
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -120,6 +121,8 @@ struct Camera {
     float yfov = 0.8f;            // radians, vertical
     float ymag = 1;               // orthographic: half height
     std::optional<float> aspect;  // as in the file; used for the default size only
+    std::optional<glm::uvec2> size; // width and height in pixels, where the file says
+    glm::vec2 center{0}; // the middle of the picture from the point that the camera looks at, in half heights of the picture: right, up
 };
 
 struct PunctualLight {
@@ -128,6 +131,7 @@ struct PunctualLight {
     glm::vec3 intensity{1};                     // colour * intensity: W/sr, or W/m^2 for directional
     float range = 0;                            // 0 = unlimited
     float innerCos = 1, outerCos = 0.7071f;
+    bool byAngle = false; // a spot falls off with the angle between the cones, as Mitsuba's does; else with the square of the cosine, as glTF's
 };
 
 struct Environment {
@@ -146,6 +150,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::optional<Environment> environment;
     std::vector<Camera> cameras; // never empty
+    std::map<std::string, std::uint32_t> aliases; // other names of parameters
     std::uint32_t maxDepth = 8;
     glm::dvec3 center{0}; // subtracted from all positions (re-centred in double when the scene is far from the origin)
     std::vector<std::string> warnings;

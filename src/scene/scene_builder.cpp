@@ -61,10 +61,10 @@ void SceneBuilder::addTextureBytes(std::uint64_t bytes, const std::string& param
                     "many materials have large textures, each a copy of its own", "scale the textures down");
 }
 
-Parameter& SceneBuilder::addSlot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant) {
+Parameter& SceneBuilder::addSlot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant, const std::string& name) {
     material.parameters[std::size_t(kind)] = std::uint32_t(scene.parameters.size());
     Parameter& p = scene.parameters.emplace_back();
-    p.name = material.name + "." + slotName(kind);
+    p.name = material.name + "." + (name.empty() ? slotName(kind) : name);
     p.kind = kind;
     p.channels = channels;
     p.values.assign(&constant[0], &constant[0] + channels);

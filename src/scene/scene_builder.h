@@ -61,8 +61,9 @@ class SceneBuilder {
     // What images of textures may be at most.
     ImageLimits imageLimits() const { return {.maxEdge = options.maxTextureSize, .maxPixels = options.maxTextureSize * options.maxTextureSize}; }
 
-    // A constant parameter as the `kind` of a material, clamped to its range; texels may replace it. Valid until the next.
-    Parameter& addSlot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant);
+    // A constant parameter as the `kind` of a material, clamped to its range; texels may replace it. Valid until the next. `name`: of the slot
+    // in the scene's own format, where that is another.
+    Parameter& addSlot(Material& material, SlotKind kind, std::uint32_t channels, glm::vec3 constant, const std::string& name = {});
     void fillTexels(Parameter& parameter, const RawImage& image, const TextureAddress& address, const SlotTexels& texels);
     void clampToRange(Parameter& parameter);
     // Nothing where the image has no alpha.

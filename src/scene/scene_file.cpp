@@ -5,6 +5,7 @@
 #include "scene/export_folder.h"
 #include "scene/gltf/gltf.h"
 #include "scene/image.h"
+#include "scene/mitsuba/mitsuba.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +16,7 @@ namespace cmpg {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::array<const SceneFormat*, 1> kFormats = {&kGltf};
+constexpr std::array<const SceneFormat*, 2> kFormats = {&kGltf, &kMitsuba};
 
 std::string extensionOf(const fs::path& file) {
     std::string extension = file.extension().string();

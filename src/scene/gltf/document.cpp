@@ -2,6 +2,7 @@
 #include "scene/gltf/document.h"
 
 #include "base/error.h"
+#include "scene/contained_path.h"
 #include "scene/gltf/fence.h"
 
 #include <algorithm>
@@ -157,20 +158,11 @@ void GltfDocument::checkVersionAndExtensions() const {
 
 fs::path GltfDocument::resolve(const JsonView& uri) const {
     const std::string relative = percentDecode(uri);
-    const auto refuse = [&](const char* reason) {
-        uri.fail("is \"" + relative + "\", " + reason, "scenes may only name files inside their own folder",
+    ContainedPath path = containedPath(folder_, relative);
+    if (!path.refusal.empty())
+        uri.fail("is \"" + relative + "\", " + path.refusal, "scenes may only name files inside their own folder",
                  "put the file next to the scene and name it by a relative path");
-    };
-    const std::size_t colon = relative.find(':');
-    if (colon != std::string::npos && relative.find('/') > colon) refuse("which is not a relative path");
-    if (relative.empty() || relative.find('\\') != std::string::npos || fs::path(relative).is_absolute())
-        refuse("which is not a relative path");
-    std::error_code error;
-    fs::path resolved = fs::weakly_canonical(folder_ / relative, error);
-    if (error) refuse(error.message().c_str());
-    const auto [inFolder, inFile] = std::mismatch(folder_.begin(), folder_.end(), resolved.begin(), resolved.end());
-    if (inFolder != folder_.end()) refuse("which leaves the scene's folder");
-    return resolved;
+    return path.file;
 }
 
 Bytes GltfDocument::readUri(const JsonView& uri) const {
