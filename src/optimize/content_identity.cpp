@@ -70,8 +70,11 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
 
 std::string lightsOf(const Scene& scene) {
     Digest d;
-    for (const PunctualLight& l : scene.lights)
+    for (const PunctualLight& l : scene.lights) {
+        if (l.byAngle)
+            d.add(l.byAngle);
         d.add(l.kind).add(l.position).add(l.direction).add(l.intensity).add(l.range).add(l.innerCos).add(l.outerCos);
+    }
     if (scene.environment)
         d.add(scene.environment->parameter).add(scene.environment->rotation);
     return d.text();

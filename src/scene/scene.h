@@ -143,6 +143,7 @@ struct Environment {
 struct Scene {
     std::string source; // path it came from
     const SceneFormat* format = nullptr; // that it was read from; nullptr: built in memory
+    std::map<std::string, std::string> definitions; // LoadOptions::definitions that it was read with
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<AlphaTexture> alphaTextures;

@@ -77,6 +77,7 @@ Scene loadScene(const fs::path& file, const LoadOptions& options) {
     const SceneFormat& format = formatOf(file);
     Scene scene = format.load(file, options);
     scene.format = &format;
+    scene.definitions = options.definitions;
     return scene;
 }
 

@@ -26,6 +26,7 @@ import gltf_bsdf
 import images
 import numpy as np
 from mitsuba_scene import Translation
+from xml_scene import XmlScene
 
 gltf_bsdf.register()
 
@@ -44,6 +45,12 @@ JOBS = {
                        ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
                        ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
+    # In Mitsuba's own format, beside this file.
+    "mitsuba/shapes": (64, [("red.reflectance", "one")]),
+    "mitsuba/textures": (32, [("panel.reflectance", "one"), ("panel.reflectance", "reverse")]),
+    "mitsuba/emitters": (64, [("red.reflectance", "one")]),
+    "mitsuba/environment": (64, [("surroundings.data", "self")]),
+    "mitsuba/older": (64, []),
 }
 
 
@@ -128,10 +135,12 @@ def main():
         translation = None
         for parameter, kind, *factor in [(None, "image")] + derivatives:
             spp = base_spp * (factor[0] if factor else 1)
-            name = f"{scene}_{'image' if parameter is None else f'{parameter}_{kind}'}"
+            name = f"{scene.replace('/', '_')}_{'image' if parameter is None else f'{parameter}_{kind}'}"
             if options.only not in name:
                 continue
-            translation = translation or Translation(here.parent.parent / "scenes" / scene, SIZE, SIZE)
+            if translation is None:
+                xml = scene.startswith("mitsuba/")
+                translation = XmlScene(here / f"{scene}.xml") if xml else Translation(here.parent.parent / "scenes" / scene, SIZE, SIZE)
             if options.check:
                 if kind in ("one", "self"):
                     gradient = Gradient(translation, parameter)

@@ -15,6 +15,11 @@ nlohmann::json references() {
     return nlohmann::json::parse(file)["references"];
 }
 
+Scene sceneOf(const nlohmann::json& r) {
+    const std::string name = r["scene"];
+    return name.starts_with("mitsuba/") ? loadScene(kFolder + name + ".xml") : bundledScene(name);
+}
+
 // Mean and squared standard error of every value over independent seeds.
 struct Estimate {
     int width = 0, height = 0, channels = 0;
@@ -41,8 +46,9 @@ Estimate ours(const nlohmann::json& r, double share) {
     std::vector<std::string> parameters;
     if (r.contains("parameter"))
         parameters.push_back(r["parameter"]);
-    Bench b(bundledScene(r["scene"]), parameters, config);
-    const View view = viewOf(b.scene, 64, 64);
+    Bench b(sceneOf(r), parameters, config);
+    const glm::uvec2 size = b.scene.cameras.front().size.value_or(glm::uvec2(64));
+    const View view = viewOf(b.scene, int(size.x), int(size.y));
     const std::uint32_t spp = std::max(1u, std::uint32_t(share * r["spp"].get<double>())), seeds = r["seeds"].get<std::uint32_t>() / 2; // half the reference's work is enough for a verdict
     std::vector<std::vector<float>> direction = b.ones();
     if (what == "self")
@@ -64,7 +70,7 @@ Estimate ours(const nlohmann::json& r, double share) {
         runs.emplace_back(image.values.begin(), image.values.end());
     }
     if (what != "reverse")
-        return reduce(64, 64, 3, runs);
+        return reduce(view.width, view.height, 3, runs);
     const Parameter& p = b.scene.parameters[b.config.differentiable[0]];
     return reduce(int(p.width), int(p.height), int(p.channels), runs);
 }
@@ -74,7 +80,7 @@ Estimate ours(const nlohmann::json& r, double share) {
 double texelCovariance(const nlohmann::json& r) {
     if (r["what"] != "reverse")
         return 1;
-    const Scene scene = bundledScene(r["scene"]);
+    const Scene scene = sceneOf(r);
     const Parameter& p = scene.parameters[scene.parameter(r["parameter"])];
     return p.width * p.height > 1 && !p.nearest ? 9.0 / 4.0 : 1.0;
 }

@@ -14,11 +14,17 @@ struct MitsubaLoad : SceneBuilder {
     // What all transforms of the file are followed by: turns the scene so that its environment stands upright.
     glm::dmat4 toScene{1};
     UniqueNames materialNames, cameraNames;
+    // Which property of which element each parameter came from, by the parameter's name.
+    struct Origin {
+        const MitsubaElement* owner;
+        std::string property;
+    };
+    std::map<std::string, Origin> origins;
     std::set<std::string> oneSided; // materials that are black from behind in Mitsuba
 
     // A property that means nothing here is named in one warning.
     void noteUnread(const MitsubaObject& object);
-    // "scene.xml:12" of things without id.
+    // Its id, else `fallback` and its line.
     std::string nameOf(const MitsubaObject& object, const char* fallback);
 };
 

@@ -99,6 +99,7 @@ void MaterialMaker::slot(SlotKind kind, std::uint32_t channels, const MitsubaObj
             texture = scalarTexture(std::move(texture));
         load_.fillTexels(p, texture.image, texture.address, {.srgb = texture.srgb});
     }
+    load_.origins[p.name] = {&owner.element(), property};
     const auto index = std::uint32_t(load_.scene.parameters.size() - 1);
     // As Mitsuba's own list of parameters has it.
     for (const char* within : {"", "brdf_0.", "nested_bsdf."})

@@ -91,6 +91,8 @@ Mesh readObj(const Bytes& file, const std::string& name) {
             }
             first += corners;
         }
+        if (first != shape.mesh.indices.size()) // the library counts corners in a byte
+            fail("a face has more than 255 corners");
     }
     for (const glm::dvec3& p : mesh.positions)
         if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))

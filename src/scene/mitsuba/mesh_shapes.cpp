@@ -13,13 +13,15 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kSegments = 64; // of a full turn
 
-// The rectangles of a grid of (columns + 1) x (rows + 1) positions, row by row.
-void addGrid(Mesh& mesh, int columns, int rows) {
+// The rectangles of a grid of (columns + 1) x (rows + 1) positions, row by row. `poles`: the first and last row are a point each.
+void addGrid(Mesh& mesh, int columns, int rows, bool poles) {
     for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c) {
             const auto a = std::uint32_t(r * (columns + 1) + c), b = a + 1, below = a + std::uint32_t(columns) + 1;
-            mesh.triangles.emplace_back(a, below, b);
-            mesh.triangles.emplace_back(b, below, below + 1);
+            if (!poles || r > 0)
+                mesh.triangles.emplace_back(a, below, b);
+            if (!poles || r + 1 < rows)
+                mesh.triangles.emplace_back(b, below, below + 1);
         }
 }
 
@@ -108,7 +110,7 @@ Mesh sphereMesh() {
             mesh.normals.emplace_back(p);
             mesh.uvs.emplace_back(u, v);
         }
-    addGrid(mesh, kSegments, rows);
+    addGrid(mesh, kSegments, rows, true);
     const double scale = std::sqrt(4 * kPi / areaOf(mesh));
     for (glm::dvec3& p : mesh.positions)
         p *= scale;
@@ -126,7 +128,7 @@ Mesh cylinderMesh() {
             mesh.normals.emplace_back(out);
             mesh.uvs.emplace_back(u, r);
         }
-    addGrid(mesh, kSegments, 1);
+    addGrid(mesh, kSegments, 1, false);
     return mesh;
 }
 
