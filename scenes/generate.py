@@ -278,7 +278,31 @@ def materials():
     return g
 
 
-SMALL = {f.__name__: f for f in (box, door, door_roughness, occluded, bowl, environment, furnace, materials)}
+def glass():
+    """A room whose lamp shines through a closed pane, a glass ball before its painting, and a glass block: no light sample finds the lamp."""
+    g = Gltf(max_depth=8)
+    g.material("painting", texture=g.texture("painting.png", images.Picture(64, 64, images.harbour).png()))
+    g.material("white", (0.73, 0.71, 0.68))
+    g.material("left", (0.61, 0.08, 0.06))
+    g.material("right", (0.13, 0.42, 0.13))
+    g.material("light", (0.5, 0.5, 0.5), emission=(9, 7.5, 5.5))
+    g.material("pane", (0.95, 0.97, 1), roughness=0, specular=1, glass="pane", ior=1.5)
+    g.material("ball", (1, 1, 1), roughness=0, specular=1, glass="solid", ior=1.5)
+    g.material("block", (0.75, 0.9, 0.85), roughness=0, specular=1, glass="solid", ior=1.33)
+    g.mesh("room", Mesh().quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
+           .quad((-1, 2, -1), (1, 2, -1), (1, 2, 1), (-1, 2, 1)).quad((-1, 0, -1), (1, 0, -1), (1, 2, -1), (-1, 2, -1)), "white")
+    g.mesh("left wall", Mesh().quad((-1, 0, 1), (-1, 0, -1), (-1, 2, -1), (-1, 2, 1)), "left")
+    g.mesh("right wall", Mesh().quad((1, 0, -1), (1, 0, 1), (1, 2, 1), (1, 2, -1)), "right")
+    g.mesh("painting", Mesh().quad((-0.56, 0.68, -0.945), (0.56, 0.68, -0.945), (0.56, 1.80, -0.945), (-0.56, 1.80, -0.945)), "painting")
+    g.mesh("light", Mesh().quad((-0.5, 1.99, -0.5), (0.5, 1.99, -0.5), (0.5, 1.99, 0.5), (-0.5, 1.99, 0.5)), "light")
+    g.mesh("pane", Mesh().quad((-1, 1.9, -1), (1, 1.9, -1), (1, 1.9, 1), (-1, 1.9, 1)), "pane")
+    g.mesh("ball", Mesh().sphere((-0.35, 0.62, 0.05), 0.36, 96, 48), "ball")
+    g.mesh("block", Mesh().box((-0.2, 0.02, -0.2), (0.2, 0.5, 0.2)).transform(rotation("y", 30), (0.5, 0, 0.25)), "block")
+    g.camera("front", (0, 1, 3.9), (0, 1, 0), 39)
+    return g
+
+
+SMALL = {f.__name__: f for f in (box, door, door_roughness, occluded, bowl, environment, furnace, materials, glass)}
 
 
 def main():

@@ -152,8 +152,8 @@ class Gltf:
         return self.append("textures", {"sampler": self.append("samplers", sampler), "source": self.append("images", image)})
 
     def material(self, name, colour=(1, 1, 1), texture=None, metallic=0, roughness=1, specular=0, emission=None,
-                 emission_texture=None, rough_texture=None, normal_texture=None, normal_scale=1):
-        """metallic 0 with specular 0 (the default) is Lambert colour/pi."""
+                 emission_texture=None, rough_texture=None, normal_texture=None, normal_scale=1, glass=None, ior=None):
+        """metallic 0 with specular 0 (the default) is Lambert colour/pi; glass: "pane" or "solid", with specular 1."""
         pbr = {"baseColorFactor": [*colour, 1], "metallicFactor": metallic, "roughnessFactor": roughness}
         if texture is not None:
             pbr["baseColorTexture"] = {"index": texture}
@@ -165,6 +165,12 @@ class Gltf:
         extensions = {}
         if specular != 1 and (metallic != 1 or rough_texture is not None):  # all metal has no dielectric part
             extensions["KHR_materials_specular"] = {"specularFactor": specular}
+        if glass is not None:
+            extensions["KHR_materials_transmission"] = {"transmissionFactor": 1}
+            if glass == "solid":
+                extensions["KHR_materials_volume"] = {"thicknessFactor": 1}
+        if ior is not None:
+            extensions["KHR_materials_ior"] = {"ior": ior}
         if emission is not None:
             strength = max(*emission, 1)  # emissiveFactor may not exceed 1
             item["emissiveFactor"] = [e / strength for e in emission]

@@ -6,7 +6,7 @@
 #include "shared/bindings.h"
 #include "shared/batch.h"
 #include "scene/queues.glsl"
-#include "lib/physics.glsl"
+#include "lib/sampler.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };

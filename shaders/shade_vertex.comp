@@ -74,10 +74,12 @@ void countGuided(GuidePoint g, bool guided, bool scatters) {
 const uint kFirstRoulette = 2; // bounce
 const float kLeastSurvival = 0.25; // derivatives live on black surfaces, too
 
-float survival(vec3 weight) {
+// `scale`: by what refraction scaled the radiance, which is no loss.
+float survival(vec3 weight, float scale) {
     if (push.bounce < kFirstRoulette) return 1.0;
     if (kRoulette && guide.reference > 0.0) return 1.0;
-    return clamp(max(weight.x, max(weight.y, weight.z)), kLeastSurvival, 1.0);
+    const float largest = max(weight.x, max(weight.y, weight.z));
+    return clamp(kDielectric ? largest / scale : largest, kLeastSurvival, 1.0);
 }
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
@@ -89,8 +91,12 @@ vec3 keepFinite(vec3 v, uint counter) {
     return vec3(0);
 }
 
-// MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`.
-float foundWeight(float drawn, float light) { return push.bounce == 0 ? 1.0 : misWeight(drawn, light); }
+// MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`. Single directions are no
+// light sample's.
+float foundWeight(float drawn, float light) {
+    if (kSmoothLobes && drawn == kSingleDirection) return 1.0;
+    return push.bounce == 0 ? 1.0 : misWeight(drawn, light);
+}
 
 Prefix loadPrefix(uint ray, Copy copy) {
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
@@ -154,7 +160,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         const float scale = choice.weight * weight / light.density;
         radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
         if (kDiffSurface && differentiated)
-            factor = scale * scatterDerivatives(p, value, wo, light.direction, d);
+            factor = scale * scatterDerivatives(p, value, value.normal, wo, light.direction, false, d);
         else
             factor = scale * bsdfCos(value.surface, value.normal, wo, light.direction);
         factor = keepFinite(factor, kDroppedRadiance);
@@ -191,7 +197,7 @@ void main() {
         return;
     }
     const SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
-    const SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
+    SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
     SurfaceMaterial value = sampling;
     if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
     SurfaceMaterial secondValue = sampling;
@@ -199,6 +205,12 @@ void main() {
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & kScatteringSlots) != 0;
     const vec3 wo = -ray.direction;
+    if (IS_DIELECTRIC(sampling.surface)) {
+        sampling.normal = boundaryNormal(sampling.surface, sampling.normal, p.faceNormal, wo);
+        if (kFrozen) value.normal = boundaryNormal(value.surface, value.normal, p.faceNormal, wo);
+        else value.normal = sampling.normal;
+        if (kDifference) secondValue.normal = boundaryNormal(secondValue.surface, secondValue.normal, p.faceNormal, wo);
+    }
 
     // Emission, one-sided.
     Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
@@ -223,7 +235,7 @@ void main() {
     float pdf = 0.0;
     uint leaf = kNone;
     vec3 tangent = vec3(0); // A of the next vertex
-    bool guided = false;
+    bool guided = false, single = false;
     const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
         const uvec2 path = readPath(ray.path);
@@ -236,20 +248,22 @@ void main() {
 
         // The drawn direction.
         SlotDerivatives d = noSlotDerivatives();
-        if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf, guided)) {
+        if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf, guided, single)) {
             if (kDiffSurface && differentiated) {
-                v.weight = scatterDerivatives(p, value, wo, wi, d) / pdf;
+                v.weight = scatterDerivatives(p, value, sampling.normal, wo, wi, single, d) / pdf;
                 scaleSlotDerivatives(d, vec3(1.0 / pdf));
             } else {
-                v.weight = bsdfCos(value.surface, value.normal, wo, wi) / pdf;
+                v.weight = scattered(value, sampling.normal, wo, wi, single) / pdf;
             }
             v.weight = keepFinite(v.weight, kDroppedRadiance);
             // A black albedo ends no path whose derivative lives.
-            if (kDifference) second.weight = keepFinite(bsdfCos(secondValue.surface, secondValue.normal, wo, wi) / pdf, kDroppedRadiance);
+            if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf, kDroppedRadiance);
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
             scatters = wantRay;
             // By the values that sampling goes by, as all decisions.
-            const float q = survival(kFrozen ? bsdfCos(sampling.surface, sampling.normal, wo, wi) / pdf : v.weight);
+            float scale = 1.0;
+            if (kDielectric) scale = radianceScale(sampling.surface, sampling.normal, wo, wi);
+            const float q = survival(kFrozen ? scattered(sampling, sampling.normal, wo, wi, single) / pdf : v.weight, scale);
             if (q < 1.0) {
                 wantRay = wantRay && sampleSet(key, kSetRoulette).x < q;
                 v.weight /= q;
@@ -275,7 +289,7 @@ void main() {
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
-        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, pdf);
+        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, kSmoothLobes && single ? kSingleDirection : pdf);
         WRITE_RAY(nextRays, v.child, next)
         const Prefix collected = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
         if (kDerivatives && kPrefix) WRITE_PREFIX(nextPrefixes, v.child, collected)

@@ -1,4 +1,5 @@
-// GGX reflection on isotropic rough surfaces, in forms that keep relative accuracy for roughness -> 0 and at grazing angles.
+// Reflection by microfacets of isotropic rough surfaces, GGX or Beckmann, in forms that keep relative accuracy for roughness -> 0 and at
+// grazing angles.
 //
 // Walter et al. 2007; Smith masking separable, G = G1(wo) G1(wi). With c = |n.w| and r(c) = sqrt(a^2 + (1-a^2) c^2),
 // G1(c) / (2c) = 1 / (c + r), so no cosine is ever divided by.
@@ -64,20 +65,20 @@ float ggxPdf(float alpha, float cosO, HalfVector h) {
 }
 
 // D G / (4 cosO cosI) * cosI without Fresnel, and its derivatives.
-struct GgxReflection {
+struct MicrofacetReflection {
     float value;
     float alpha;  // d value / d alpha
     vec3 normal;  // gradient over unit normals, tangential: it has no part along n
 };
 
-GgxReflection ggxReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float cosO, float cosI, HalfVector h) {
+MicrofacetReflection ggxReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float cosO, float cosI, HalfVector h) {
     float a2 = alpha * alpha;
     float b2 = (1.0 - alpha) * (1.0 + alpha);
     float q = h.sin2 + a2 * h.cos2;
     float rO = smithRoot(alpha, cosO);
     float rI = smithRoot(alpha, cosI);
     float dv = a2 * kInvPi / (q * q) / ((cosO + rO) * (cosI + rI)); // D times visibility
-    GgxReflection g;
+    MicrofacetReflection g;
     g.value = dv * cosI;
     // ln D = 2 ln a - 2 ln q; d q / d a = 2 a cos2; d r / d a = a (1 - c^2) / r.
     g.alpha = g.value * (2.0 / alpha * (h.sin2 - a2 * h.cos2) / q
@@ -87,6 +88,59 @@ GgxReflection ggxReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float cosO, f
     g.normal = h.slope * (4.0 * b2 * g.value / q)
              - (wo - cosO * n) * (g.value * (rO + b2 * cosO) / (rO * (cosO + rO)))
              + (wi - cosI * n) * (dv * a2 / (rI * (cosI + rI)));
+    return g;
+}
+
+// Beckmann's distribution of normals.
+float beckmannDistribution(float alpha, HalfVector h) {
+    if (!(h.cos2 > 1e-8)) return 0.0; // exp(-1e8)
+    float scale = 1.0 / (alpha * alpha);
+    return exp(-h.sin2 / h.cos2 * scale) * scale * kInvPi / (h.cos2 * h.cos2);
+}
+
+// Masking of Beckmann's normals at cosine c > 0, in Walter's rational approximation, and its derivatives.
+struct BeckmannMasking {
+    float visibility; // G1 / (2 c)
+    float g1;
+    float alpha;  // d ln G1 / d alpha
+    float cosine; // d G1 / d c
+};
+
+BeckmannMasking beckmannMasking(float alpha, float c) {
+    BeckmannMasking m;
+    float s2 = (1.0 - c) * (1.0 + c);
+    m.g1 = 1.0;
+    m.alpha = 0.0;
+    m.cosine = 0.0;
+    m.visibility = 0.5 / c;
+    if (c * c >= 2.56 * alpha * alpha * s2) return m; // a >= 1.6
+    float perC = 1.0 / (alpha * sqrt(s2));
+    float a = c * perC;
+    float over = 1.0 / (1.0 + a * (2.276 + 2.577 * a));
+    m.visibility = 0.5 * perC * (3.535 + 2.181 * a) * over;
+    m.g1 = a * (3.535 + 2.181 * a) * over;
+    float slope = ((3.535 + 4.362 * a) - m.g1 * (2.276 + 5.154 * a)) * over; // d G1 / d a
+    m.alpha = -slope * perC * (0.5 / m.visibility) / alpha;                  // -a slope / (G1 alpha)
+    m.cosine = slope * perC / s2;
+    return m;
+}
+
+MicrofacetReflection beckmannReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float cosO, float cosI, HalfVector h) {
+    MicrofacetReflection g;
+    float d = beckmannDistribution(alpha, h);
+    g.value = 0.0;
+    g.alpha = 0.0;
+    g.normal = vec3(0.0);
+    if (!(d > 0.0)) return g;
+    BeckmannMasking o = beckmannMasking(alpha, cosO);
+    BeckmannMasking i = beckmannMasking(alpha, cosI);
+    g.value = d * o.visibility * 0.5 * i.g1;
+    float steep = h.sin2 / (h.cos2 * alpha * alpha);
+    g.alpha = g.value * (2.0 / alpha * (steep - 1.0) + o.alpha + i.alpha);
+    // d ln D / d cos2 = 1 / (alpha^2 cos2^2) - 2 / cos2.
+    g.normal = h.slope * (2.0 * g.value / h.cos2 * (1.0 / (alpha * alpha * h.cos2) - 2.0))
+             + (wo - cosO * n) * (d * 0.5 * i.g1 * (o.cosine - 2.0 * o.visibility) / (2.0 * cosO))
+             + (wi - cosI * n) * (d * o.visibility * 0.5 * i.cosine);
     return g;
 }
 

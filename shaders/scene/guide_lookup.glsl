@@ -33,7 +33,7 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     if (guide.kind == kGuideConditional) weights = guideDefended(weights, total);
     g.parts = guideParts(weights, total);
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
-    g.guidable = hasDiffuse(surface) || alphaFromRoughness(surface.roughness) > kGuidableAlpha;
+    g.guidable = hasDiffuse(surface) || surfaceAlpha(surface) > kGuidableAlpha;
     if (kGuided && g.guidable && g.parts != vec3(0)) g.share = guide.share;
     return g;
 }
@@ -46,15 +46,17 @@ float mixtureDensity(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec3 w
 }
 
 // Draws wi with density `pdf`; u.w picks the technique and the part of the guide. `leaf`: the quadrant wi lies in; `guided`: the guide drew
-// it. False: nothing to go on with.
+// it. `single`: wi is a single direction of a smooth boundary and pdf the probability of it; no quadrant knows of it. False: nothing to go on with.
 bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, out vec3 wi, out float pdf, out uint leaf,
-                   out bool guided) {
-    bool drawn = sampleBsdf(surface, normal, wo, u.xyz, wi);
+                   out bool guided, out bool single) {
+    float probability;
+    bool drawn = sampleBsdf(surface, normal, wo, u.xyz, wi, probability);
+    single = kSmoothLobes && probability > 0.0;
     leaf = kNone;
     guided = false;
     pdf = 0.0;
     if (!kGuideLookup) {
-        if (drawn) pdf = bsdfPdf(surface, normal, wo, wi);
+        if (drawn) pdf = single ? probability : bsdfPdf(surface, normal, wo, wi);
         return drawn && pdf > 0.0;
     }
     guided = kGuided && u.w < g.share;
@@ -64,6 +66,12 @@ bool drawDirection(GuidePoint g, Surface surface, vec3 normal, vec3 wo, vec4 u, 
     if (guided) {
         wi = directionFromSquare(walk.point);
         drawn = walk.density > 0.0;
+        single = false;
+    }
+    if (single) {
+        leaf = kNone;
+        pdf = probability * (1.0 - g.share);
+        return drawn && pdf > 0.0;
     }
     pdf = mix(bsdfPdf(surface, normal, wo, wi), walk.density, g.share);
     return drawn && pdf > 0.0;

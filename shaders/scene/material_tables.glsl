@@ -7,3 +7,4 @@ READ_UVEC4(materialTexel, kBindMaterials)
 READ_UVEC4(slotTexel, kBindSlots)
 READ_VEC4(valueTexel, kBindValues)
 READ_UINT(packedTexel, kBindPacked)
+vec4 coatTexel(uint at) { return uintBitsToFloat(materialTexel(at)); } // lib/lobes/plastic.glsl

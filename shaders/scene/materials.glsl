@@ -20,18 +20,25 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     m.surface.specular = uintBitsToFloat(m1.y);
     m.surface.ior = uintBitsToFloat(m1.z);
     m.surface.asked = m.flags >> kDifferentiatedShift;
+    m.surface.model = m.flags;
     m.surface.specularColor = vec3(1);
-    if (kLobeSpecular) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
+    if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
     m.normal = p.normal;
     m.colorFactor = vec3(1);
     if (kTextures && (m.flags & 0xffu) != 0) {
         const uint f = m.flags;
         if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
-        if (kLobeSpecular) {
+        if (kLobeSpecular && IS_METALLIC_ROUGHNESS(m.surface)) {
             if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
                 m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
             if (kTexturedMetallic && (f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, frozenTexels).x;
             if (kTexturedSpecular && (f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels).x;
+        }
+        if (kOtherModels && !IS_METALLIC_ROUGHNESS(m.surface)) {
+            if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
+                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
+            if (kTexturedSpecular && !IS_CONDUCTOR(m.surface) && (f & (1u << kSlotSpecular)) != 0)
+                m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels);
         }
         if (kNormalMaps && (f & (1u << kSlotNormal)) != 0) {
             const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);

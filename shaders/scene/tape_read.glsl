@@ -101,9 +101,14 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
     if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
         sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible, terms), 1, 0,
                           reach, batch.surfaceScale, terms.own);
-    if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotSpecular, uv0, uv1), slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible, terms), 1, 0,
-                          reach, batch.surfaceScale, terms.own);
+    if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0) {
+        const SlotAddress a = slotAddress(material, kSlotSpecular, uv0, uv1);
+        const vec3 value = slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible, terms);
+        if (kSpecularColor && (a.flags & kSlotScalar) == 0)
+            sum += colorTerm(a, value, reach, batch.surfaceScale, terms.own);
+        else
+            sum += scalarTerm(a, value, 1, 0, reach, batch.surfaceScale, terms.own);
+    }
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);
         for (uint c = 0; c < 3; ++c)

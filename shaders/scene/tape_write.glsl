@@ -32,10 +32,14 @@ vec3 slotDerivativeNorm(SlotDerivatives d, int sign) {
 
 bool anySlotDerivative(SlotDerivatives d) { return any(greaterThan(slotDerivativeNorm(d, 0), vec3(0))); }
 
-// f |cos| and its derivatives; slots of this material nobody asked for stay zero.
-vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 wo, vec3 wi, OUT(SlotDerivatives) d) {
+// f |cos| and its derivatives; slots of this material nobody asked for stay zero. `single`: of a single direction, drawn with `drawnBy` as the normal.
+vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single, OUT(SlotDerivatives) d) {
     BsdfDerivatives b;
-    const vec3 f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, b);
+    vec3 f;
+    if (kSmoothLobes && single)
+        f = singleCosDerivatives(m.surface, drawnBy, wo, wi, b);
+    else
+        f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, b);
     const uint asked = m.flags >> kDifferentiatedShift;
     d = noSlotDerivatives();
     if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0) d.baseColor = b.baseColor * m.colorFactor;
@@ -60,6 +64,13 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 wo, vec3 wi, OUT
         d.normalZ = (z - t.z * radial) * inverseLength;
     }
     return f;
+}
+
+// The value alone.
+vec3 scattered(SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single) {
+    BsdfDerivatives unused; // the compiler drops what computes them
+    if (kSmoothLobes && single) return singleCosDerivatives(m.surface, drawnBy, wo, wi, unused);
+    return bsdfCos(m.surface, m.normal, wo, wi);
 }
 
 void tapePut(uint slot, uint plane, float value) { tape[plane * push.count + slot] = floatBitsToUint(value); }

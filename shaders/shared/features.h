@@ -31,8 +31,14 @@ CMPG_CONST kFeatureMeasure = 23; // the second moment of the paths' contribution
 CMPG_CONST kFeatureSigned = 24; // positivization: derivative terms of one sign only
 CMPG_CONST kFeatureLightCandidates = 25; // light samples of which one is taken; 1: nothing to choose from
 CMPG_CONST kFeatureFewLights = 26; // 2, 4: so many at most, and their records stand in registers; 0: any number
-CMPG_CONST kFeatureSpotsByAngle = 27; // some spot falls off with the angle
-CMPG_CONST kFeatureCount = 28;
+CMPG_CONST kFeatureModels = 27; // bit per kModel... that some material has, and:
+CMPG_CONST kModelsSmooth = 0x100u; // some boundary is smooth
+CMPG_CONST kModelsRoughReflection = 0x200u; // some conductor or plastic is not
+CMPG_CONST kModelsRoughDielectric = 0x400u;
+CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
+CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
+CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
+CMPG_CONST kFeatureCount = 29;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU

@@ -25,7 +25,7 @@ struct GpuMaterial {
     vec3 baseColor;
     float roughness;
     float metallic; // metallic-roughness; plastic: what the coat reflects of diffuse light from within; conductor: eta.x
-    float specular; // metallic-roughness; rough plastic: the first texel of its table of transmittances, as bits; conductor: eta.y
+    float specular; // metallic-roughness; rough plastic: the first texel of its table; conductor: eta.y
     float ior;      // conductor: eta.z
     uint flags;
     vec3 specularColor; // metallic-roughness: a constant; dielectrics and plastic: the specular slot; conductor: k
@@ -34,6 +34,11 @@ struct GpuMaterial {
     uint alphaSlot; // kNone without alpha mask
 };
 CMPG_CONST kMaterialTexels = 4;
+
+// What rough coats of plastics let through, behind the materials: rows of texels by the square root of alpha, each with one texel an interval of
+// cosines: the values at both of its ends, on this row and on the next; and one, the last, with what is reflected of diffuse light from within.
+CMPG_CONST kCoatRows = 32;
+CMPG_CONST kCoatColumns = 64;
 
 // GpuMaterial::flags: bit k: slot k is textured; bit 8 + k: slot k is differentiated; and:
 CMPG_CONST kMaterialEmissive = 0x10000u;

@@ -13,8 +13,14 @@ struct Ray {
     vec3 origin;
     uint path; // index of the path in the batch
     vec3 direction; // unit length
-    float pdf; // solid-angle density the direction was drawn with (mixture); 0 for camera rays
+    float pdf; // solid-angle density the direction was drawn with (mixture); 0 for camera rays, kSingleDirection
 };
+
+#ifdef __cplusplus
+constexpr float kSingleDirection = -1; // Ray::pdf of a single direction of a smooth boundary, which no light sample can find
+#else
+const float kSingleDirection = -1.0;
+#endif
 
 // What a path has collected on the way to the vertex its ray will find.
 struct Prefix {

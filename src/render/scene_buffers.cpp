@@ -22,6 +22,11 @@ static_assert(std::uint32_t(SlotKind::BaseColor) == gpu::kSlotBaseColor && std::
               std::uint32_t(SlotKind::Metallic) == gpu::kSlotMetallic && std::uint32_t(SlotKind::Specular) == gpu::kSlotSpecular &&
               std::uint32_t(SlotKind::Emission) == gpu::kSlotEmission && std::uint32_t(SlotKind::Normal) == gpu::kSlotNormal &&
               std::uint32_t(SlotKind::Radiance) == gpu::kSlotsPerMaterial && kMaterialSlots == gpu::kSlotsPerMaterial);
+static_assert(std::uint32_t(SurfaceModel::MetallicRoughness) == gpu::kModelMetallicRoughness && std::uint32_t(SurfaceModel::Dielectric) == gpu::kModelDielectric &&
+              std::uint32_t(SurfaceModel::ThinDielectric) == gpu::kModelThinDielectric && std::uint32_t(SurfaceModel::Conductor) == gpu::kModelConductor &&
+              std::uint32_t(SurfaceModel::Plastic) == gpu::kModelPlastic);
+
+constexpr std::uint64_t kCoatBytes = std::uint64_t(gpu::kCoatRows) * gpu::kCoatColumns * sizeof(glm::vec4);
 
 std::uint32_t texelsOf(const Parameter& p) {
     const std::uint64_t n = std::uint64_t(p.width) * p.height;
@@ -72,7 +77,8 @@ SceneBuffers::SceneBuffers(Device& device, Scene& scene, const FeatureSet& featu
     uploadGeometry(device);
     layOutValues(device);
     uploadSlots(device);
-    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, materialsUp_.size()) * sizeof(gpu::GpuMaterial) * (hasSecond_ ? 2 : 1),
+    layOutCoats();
+    materials_ = Buffer(device, "materials", std::max<std::uint64_t>(1, materialsUp_.size()) * sizeof(gpu::GpuMaterial) * (hasSecond_ ? 2 : 1) + coats_.size() * kCoatBytes,
                         MemoryKind::Scene, Texel::Rgba32ui);
     info_ = Buffer(device, "scene info", sizeof(gpu::SceneInfo), MemoryKind::Scene);
     uploadMaterials(false);
@@ -223,6 +229,40 @@ void SceneBuffers::uploadSlots(Device& device) {
     slots_.uploadAll(slots);
 }
 
+void SceneBuffers::layOutCoats() {
+    std::vector<std::pair<float, Microfacets>> kinds;
+    for (const std::uint32_t index : materialsUp_) {
+        const Material& m = scene_.materials[index];
+        coatOf_.push_back(gpu::kNone);
+        if (m.model != SurfaceModel::Plastic || m.smooth)
+            continue;
+        const std::pair kind(m.ior, m.microfacets);
+        const auto found = std::find(kinds.begin(), kinds.end(), kind);
+        coatOf_.back() = std::uint32_t(found - kinds.begin());
+        if (found != kinds.end())
+            continue;
+        kinds.push_back(kind);
+        coats_.emplace_back(std::clamp(double(m.ior), 1e-3, 1e3), m.microfacets);
+    }
+}
+
+// The rows that the material may read: one unless alpha varies.
+void SceneBuffers::uploadCoat(std::uint32_t material, float alpha) {
+    const std::uint32_t parameter = scene_.materials[materialsUp_[material]].parameters[std::size_t(SlotKind::Roughness)];
+    const bool varies = hasSecond_ || scene_.parameters[parameter].entries() > 1 || isDifferentiable(parameter);
+    const std::uint32_t first = varies ? 0 : CoatTable::rowOf(alpha), last = varies ? gpu::kCoatRows - 1 : first;
+    std::vector<glm::vec4> texels(std::size_t(gpu::kCoatRows) * gpu::kCoatColumns);
+    coats_[coatOf_[material]].write(first, last, texels);
+    texels = {texels.begin() + std::ptrdiff_t(first * gpu::kCoatColumns), texels.begin() + std::ptrdiff_t((last + 1) * gpu::kCoatColumns)};
+    materials_.uploadAll(texels, std::uint64_t(coatTexel(material) + first * gpu::kCoatColumns) * 16);
+}
+
+// First texel of the material's table.
+std::uint32_t SceneBuffers::coatTexel(std::uint32_t material) const {
+    const std::size_t materials = std::max<std::size_t>(1, materialsUp_.size()) * (hasSecond_ ? 2 : 1);
+    return std::uint32_t(materials * gpu::kMaterialTexels + coatOf_[material] * (kCoatBytes / 16));
+}
+
 void SceneBuffers::uploadMaterials(bool second) {
     std::vector<gpu::GpuMaterial> materials(materialsUp_.size());
     for (std::size_t i = 0; i < materials.size(); ++i) {
@@ -244,6 +284,28 @@ void SceneBuffers::uploadMaterials(bool second) {
         out.emission = values(SlotKind::Emission);
         out.ior = m.ior;
         out.specularColor = m.specularColor;
+        if (m.model != SurfaceModel::MetallicRoughness)
+            out.ior = std::clamp(m.ior, 1e-3f, 1e3f); // squares stay numbers
+        if (m.model == SurfaceModel::Conductor) {
+            out.metallic = m.eta.x;
+            out.specular = m.eta.y;
+            out.ior = m.eta.z;
+            out.specularColor = m.k;
+        } else if (m.model != SurfaceModel::MetallicRoughness) {
+            out.specularColor = values(SlotKind::Specular);
+            out.metallic = out.specular = 0;
+        }
+        if (m.model == SurfaceModel::Plastic && m.smooth) {
+            out.metallic = float(CoatTable::reflectedDiffuse(1 / double(out.ior)));
+        } else if (m.model == SurfaceModel::Plastic) {
+            out.specular = float(coatTexel(std::uint32_t(i)));
+            if (!second)
+                uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
+        }
+        out.flags |= std::uint32_t(m.model) << gpu::kModelShift;
+        if (m.model != SurfaceModel::MetallicRoughness)
+            out.flags |= (isSmooth(m) ? gpu::kMaterialSmooth : 0) | (m.microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0) |
+                         (m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);
         out.alphaCutoff = m.alphaCutoff > 0 ? m.alphaCutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
         out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u ? alphaSlot_[m.alphaTexture] : gpu::kNone;
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/bvh.h"
+#include "scene/coat_table.h"
 #include "scene/features.h"
 #include "scene/light_distribution.h"
 #include "shared/scene_info.h"
@@ -32,7 +33,10 @@ class SceneBuffers {
     void uploadGeometry(Device& device);
     void layOutValues(Device& device);
     void writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base);
+    void layOutCoats();
     void uploadMaterials(bool second);
+    void uploadCoat(std::uint32_t material, float alpha);
+    std::uint32_t coatTexel(std::uint32_t material) const;
     void uploadSlots(Device& device);
     void uploadLights();
     void requireEntries(std::uint32_t parameter, std::size_t count) const;
@@ -47,6 +51,8 @@ class SceneBuffers {
     std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_; // what is uploaded, by index into the scene's
     std::vector<std::uint32_t> materialPlace_, alphaSlot_;     // of the scene's: index among the uploaded, number of the slot
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
+    std::vector<CoatTable> coats_;      // one for each index and distribution of rough plastics
+    std::vector<std::uint32_t> coatOf_; // of an uploaded material: index into coats_, gpu::kNone
     std::uint32_t alphaPlace_ = 0;      // first packed texel of the alpha textures
     std::vector<std::uint64_t> gradientOffsets_;
     std::uint64_t gradientEntries_ = 0;

@@ -1,6 +1,9 @@
 // Analysis of a scene into its feature set.
 #include "scene/features.h"
 
+#include "base/error.h"
+#include "shared/material.h"
+
 #include <algorithm>
 
 namespace cmpg {
@@ -19,6 +22,8 @@ namespace {
 
 constexpr std::uint32_t kLightCandidates = 8, kEnvironmentCandidates = 4; // a direction of the environment is dearer
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
+constexpr std::uint32_t kEveryModel = ((1u << (std::uint32_t(SurfaceModel::Plastic) + 1)) - 1) | gpu::kModelsSmooth | gpu::kModelsRoughReflection | gpu::kModelsRoughDielectric |
+                                      gpu::kModelsBeckmann | gpu::kModelsGgx;
 
 struct Analysis {
     const Scene& scene;
@@ -35,8 +40,11 @@ struct Analysis {
         const bool allMetal = metallic.values.size() == 1 && metallic.values[0] >= 1 && !asked[of(SlotKind::Metallic)];
         const bool metal = matters(of(SlotKind::Metallic)), specular = !allMetal && matters(of(SlotKind::Specular));
         const bool emits = matters(of(SlotKind::Emission));
-        f.specular |= metal || specular;
-        f.diffuse |= !allMetal;
+        if (m.model == SurfaceModel::MetallicRoughness) {
+            f.specular |= metal || specular;
+            f.diffuse |= !allMetal;
+        }
+        addModel(m);
         f.alphaMask |= m.alphaMask;
         f.emission |= emits;
         f.triangleLights |= emits && lightSampling;
@@ -44,9 +52,15 @@ struct Analysis {
         std::uint32_t& read = f.readSlots[index];
         const auto reads = [&](SlotKind kind, bool wanted) { read |= wanted || asked[of(kind)] ? 1u << std::uint32_t(kind) : 0; };
         reads(SlotKind::BaseColor, true);
-        reads(SlotKind::Roughness, metal || specular);
-        reads(SlotKind::Metallic, metal);
-        reads(SlotKind::Specular, specular);
+        if (m.model == SurfaceModel::MetallicRoughness) {
+            reads(SlotKind::Roughness, metal || specular);
+            reads(SlotKind::Metallic, metal);
+            reads(SlotKind::Specular, specular);
+        } else {
+            reads(SlotKind::Roughness, !isSmooth(m));
+            reads(SlotKind::Metallic, false);
+            reads(SlotKind::Specular, m.model != SurfaceModel::Conductor);
+        }
         reads(SlotKind::Emission, emits);
         reads(SlotKind::Normal, m.hasNormalMap);
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
@@ -63,6 +77,17 @@ struct Analysis {
         }
     }
 
+    void addModel(const Material& m) {
+        f.models |= 1u << std::uint32_t(m.model);
+        if (m.model == SurfaceModel::MetallicRoughness) return;
+        if (isSmooth(m)) {
+            f.models |= gpu::kModelsSmooth;
+            return;
+        }
+        f.models |= m.model == SurfaceModel::Dielectric ? gpu::kModelsRoughDielectric : gpu::kModelsRoughReflection;
+        f.models |= m.microfacets == Microfacets::Beckmann ? gpu::kModelsBeckmann : gpu::kModelsGgx;
+    }
+
     void addGeometry() {
         const Geometry& g = scene.geometry;
         f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
@@ -75,6 +100,7 @@ struct Analysis {
         f.everything = true;
         f.diffuse = f.specular = f.packedTextures = true;
         f.texturedSlots = kEverySlot;
+        f.models = kEveryModel;
         f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
         f.emission = f.environment = true;
         f.fewLights = 0;
@@ -93,6 +119,11 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
         a.asked[p] = true;
         a.f.differentiated |= 1u << std::uint32_t(scene.parameters[p].kind);
     }
+    for (const Material& m : scene.materials)
+        if (const std::uint32_t normal = m.parameters[std::size_t(SlotKind::Normal)]; a.asked[normal] && !hasNormalDerivative(m))
+            throw Error(ErrorKind::Usage, scene.parameters[normal].name + " cannot be differentiated",
+                        "normals turn what " + m.name + " reflects in single directions or refracts, and such derivatives are not known here",
+                        "leave this parameter out");
     std::vector<bool> used(scene.materials.size(), false);
     for (const Triangle& t : scene.geometry.triangles)
         used[t.material] = true;
@@ -147,6 +178,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureSigned] = pass.oneSign;
     c[gpu::kFeatureLightCandidates] = lightCandidates;
     c[gpu::kFeatureFewLights] = fewLights;
+    c[gpu::kFeatureModels] = models;
     c[gpu::kFeatureSpotsByAngle] = spotsByAngle;
     return c;
 }
@@ -175,12 +207,26 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
             }
         return names.empty() ? "off" : names;
     };
+    const auto modelNames = [&] {
+        std::string names;
+        const auto add = [&](std::uint32_t bit, const char* name) {
+            if (!(models & bit)) return;
+            names += names.empty() ? "" : " ";
+            names += name;
+        };
+        add(1u << gpu::kModelDielectric, "dielectric");
+        add(1u << gpu::kModelThinDielectric, "pane");
+        add(1u << gpu::kModelConductor, "conductor");
+        add(1u << gpu::kModelPlastic, "plastic");
+        return names;
+    };
     const auto text = [](bool on) { return std::string(on ? "on" : "off"); };
     return {
         {"textures", slots(texturedSlots)},
         {"differentiated", slots(differentiated)},
         {"diffuse lobe", text(diffuse)},
         {"specular lobe", text(specular)},
+        {"dielectrics, conductors and plastics", models >> gpu::kModelDielectric ? modelNames() : "off"},
         {"packed textures", text(packedTextures)},
         {"vertex normals", text(vertexNormals)},
         {"second texture coordinates", text(texcoord1)},

@@ -16,7 +16,8 @@ struct FeatureRequest {
 };
 
 struct FeatureSet {
-    bool diffuse = false, specular = false;
+    bool diffuse = false, specular = false; // lobes of metallic-roughness
+    std::uint32_t models = 0; // bit per SurfaceModel, and gpu::kModelsSmooth ...
     std::uint32_t texturedSlots = 0; // bit per SlotKind that some material looks up
     bool packedTextures = false;
     bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false;

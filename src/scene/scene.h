@@ -79,7 +79,7 @@ struct Material {
     glm::vec3 specularColor{1}; // MetallicRoughness alone: specularColorFactor
 
     // Not for MetallicRoughness, which is GGX with alpha = roughness^2.
-    bool smooth = false;          // an ideal boundary: light goes in single directions, the roughness slot is not read
+    bool smooth = false;          // an ideal boundary: light goes in single directions, the roughness slot is not read; a ThinDielectric always is
     Microfacets microfacets = Microfacets::Ggx; // unless smooth; isotropic, Smith masking
     bool roughnessIsAlpha = true; // the roughness slot holds Mitsuba's alpha, [0.001, 1]; false: glTF's roughness, alpha = roughness^2
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
@@ -89,6 +89,15 @@ struct Material {
     float alphaCutoff = 0.5f, alphaFactor = 1;
     std::uint32_t alphaTexture = ~0u; // into Scene::alphaTextures, only for alphaMask
 };
+
+// Light goes in single directions at the boundary: of an ideal one, of a pane, and of one between equal media, whose microfacets turn nothing.
+inline bool isSmooth(const Material& m) {
+    if (m.model == SurfaceModel::MetallicRoughness) return false;
+    return m.smooth || m.model == SurfaceModel::ThinDielectric || (m.model == SurfaceModel::Dielectric && m.ior > 0.999f && m.ior < 1.001f);
+}
+
+// Derivatives by the normal: not of refraction, nor of single directions.
+inline bool hasNormalDerivative(const Material& m) { return !isSmooth(m) && m.model != SurfaceModel::Dielectric; }
 
 // Alpha of a baseColorTexture of a MASK material.
 struct AlphaTexture {

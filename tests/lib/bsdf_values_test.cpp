@@ -67,7 +67,7 @@ TEST(BsdfPrecision, FloatAgreesWithDoubleNearGrazing) { comparePrecisions(1e-3, 
 using Library = shader_double::ShaderLibrary;
 
 Library::Surface surfaceOf(const Query& q) {
-    return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u};
+    return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u, q.model};
 }
 
 // Central difference with an error estimate from two steps; Richardson's extrapolation takes away the leading error.
@@ -145,7 +145,7 @@ TEST(BsdfDerivatives, RoughnessHasNoneAtAndBelowTheFloor) {
 TEST(BsdfDerivatives, SwitchedOffAreZeroAndChangeNothingElse) {
     Library all, none;
     none.kDiffBaseColor = none.kDiffRoughness = none.kDiffMetallic = none.kDiffSpecular = none.kDiffNormal = false;
-    const Library::Surface s{glm::dvec3(0.3, 0.5, 0.7), 0.4, 0.3, 0.8, glm::dvec3(1), 1.5, ~0u};
+    const Library::Surface s{glm::dvec3(0.3, 0.5, 0.7), 0.4, 0.3, 0.8, glm::dvec3(1), 1.5, ~0u, 0};
     const glm::dvec3 n(0, 0, 1), wo = glm::normalize(glm::dvec3(1, 0, 2)), wi = glm::normalize(glm::dvec3(-1, 0.5, 1));
     Library::BsdfDerivatives a, b;
     EXPECT_EQ(all.bsdfCosDerivatives(s, n, wo, wi, a), all.bsdfCos(s, n, wo, wi));
@@ -199,7 +199,7 @@ TEST(Bsdf, IsReciprocal) {
 
 TEST(Bsdf, IsZeroAcrossTheSurfaceAndAtItsEdge) {
     Library library;
-    const Library::Surface s{glm::dvec3(1), 0.3, 0.5, 1, glm::dvec3(1), 1.5, ~0u};
+    const Library::Surface s{glm::dvec3(1), 0.3, 0.5, 1, glm::dvec3(1), 1.5, ~0u, 0};
     const glm::dvec3 n(0, 0, 1), up = glm::normalize(glm::dvec3(1, 0, 1)), down = glm::normalize(glm::dvec3(1, 0, -1)), edge(1, 0, 0);
     for (const auto& [wo, wi] : {std::pair(up, down), std::pair(down, up), std::pair(up, edge), std::pair(edge, up), std::pair(edge, edge),
                                  std::pair(edge, -edge)}) {

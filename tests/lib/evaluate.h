@@ -13,6 +13,7 @@ struct Query {
     float roughness = 0.5f, metallic = 0, specular = 1;
     glm::vec3 specularColor{1};
     float ior = 1.5f;
+    std::uint32_t model = 0; // GpuMaterial::flags
     glm::vec3 normal{0, 0, 1}, wo{0, 0, 1}, wi{0, 0, 1};
 };
 
@@ -28,6 +29,8 @@ Evaluation evaluateDouble(const Query& query);
 
 // A direction drawn by the float build; false: none.
 bool sampleFloat(const Query& query, const glm::vec3& u, glm::vec3& wi);
+// `single`: the probability of a single direction, 0 for one drawn with the density.
+bool sampleFloat(const Query& query, const glm::vec3& u, glm::vec3& wi, float& single);
 
 // Random queries: roughness 0 to 1 (many at and near the floor), grazing directions down to `minCosine`, half vectors within and far
 // outside the lobe, black and white colours, all mixes of lobes, both sides of the normal.

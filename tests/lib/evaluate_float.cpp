@@ -10,6 +10,11 @@ cmpg::test::Evaluation cmpg::test::evaluateFloat(const Query& query) {
 }
 
 bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) {
+    float single;
+    return sampleFloat(q, u, wi, single);
+}
+
+bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi, float& single) {
     shader_float::ShaderLibrary library;
-    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u}, q.normal, q.wo, u, wi);
+    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model}, q.normal, q.wo, u, wi, single);
 }

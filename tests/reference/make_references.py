@@ -41,6 +41,14 @@ JOBS = {
                   ("table.baseColor", "reverse"), ("bowl.roughness", "reverse", 4)]),
     "environment": (64, [("painting.baseColor", "one"), ("environment.radiance", "self"), ("steel.baseColor", "one"),
                          ("ball.specular", "self"), ("painting.baseColor", "reverse"), ("environment.radiance", "reverse")]),
+    # What light passes through. Mitsuba's prb has no derivatives by what single directions carry, and counts them as diffuse where a smooth coat lies
+    # over a diffuse base: differences stand for them, of a larger step where sampling follows the parameter.
+    "glass": (128, [("painting.baseColor", "one"), ("white.baseColor", "one"), ("ball.baseColor", "one difference"), ("pane.baseColor", "one difference"),
+                    ("ball.specular", "one difference"), ("painting.baseColor", "reverse")]),
+    "metals": (64, [("brass.baseColor", "one"), ("brass.roughness", "one", 4), ("plastic.baseColor", "one"), ("plastic.specular", "one", 2),
+                    ("half.baseColor", "one difference"), ("brass.roughness", "reverse", 4), ("plastic.baseColor", "reverse")]),
+    "coats": (64, [("brass.baseColor", "one", 2), ("brass.roughness", "one", 8), ("plastic.baseColor", "one difference 0.05", 4), ("half.baseColor", "one"),
+                   ("half.specular", "one", 2), ("brass.baseColor", "reverse", 2)]),
     "materials": (32, [("varied.baseColor", "one"), ("varied.roughness", "one", 6), ("varied.metallic", "one"),
                        ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
                        ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
@@ -51,6 +59,22 @@ JOBS = {
     "mitsuba/emitters": (64, [("red.reflectance", "one")]),
     "mitsuba/environment": (64, [("surroundings.data", "self")]),
     "mitsuba/older": (64, []),
+}
+
+
+# Jobs on another scene, some materials replaced.
+GOLD = {"eta": [0.143119, 0.374957, 1.44248], "k": [3.98316, 2.38572, 1.60322]}
+VARIANTS = {
+    "metals": ("materials", {
+        "brass": {"model": "conductor", **GOLD, "colour": [0.9, 0.8, 0.7], "alpha": 0.15, "distribution": "beckmann"},
+        "plastic": {"model": "plastic", "ior": 1.5, "colour": [0.15, 0.35, 0.6], "specular": [0.9, 0.9, 0.9], "alpha": 0.1, "distribution": "ggx",
+                    "nonlinear": True},
+        "half": {"model": "conductor", "eta": [4.36968, 2.9167, 1.6547], "k": [5.20643, 4.23136, 3.75495], "colour": [0.8, 0.8, 0.8]}}),
+    "coats": ("materials", {
+        "brass": {"model": "dielectric", "ior": 1.5, "colour": [0.9, 0.8, 0.7], "specular": [0.9, 0.9, 0.9], "alpha": 0.2, "distribution": "beckmann"},
+        "plastic": {"model": "plastic", "ior": 1.5, "colour": [0.15, 0.35, 0.6], "specular": [0.9, 0.9, 0.9], "nonlinear": False},
+        "half": {"model": "plastic", "ior": 1.7, "colour": [0.7, 0.3, 0.3], "specular": [0.9, 0.8, 0.7], "alpha": 0.3, "distribution": "beckmann",
+                 "nonlinear": True}}),
 }
 
 
@@ -135,12 +159,16 @@ def main():
         translation = None
         for parameter, kind, *factor in [(None, "image")] + derivatives:
             spp = base_spp * (factor[0] if factor else 1)
-            name = f"{scene.replace('/', '_')}_{'image' if parameter is None else f'{parameter}_{kind}'}"
+            name = f"{scene.replace('/', '_')}_{'image' if parameter is None else f'{parameter}_{kind.split()[0]}'}"
             if options.only not in name:
                 continue
             if translation is None:
+                folder, materials = VARIANTS.get(scene, (scene, {}))
                 xml = scene.startswith("mitsuba/")
-                translation = XmlScene(here / f"{scene}.xml") if xml else Translation(here.parent.parent / "scenes" / scene, SIZE, SIZE)
+                translation = XmlScene(here / f"{scene}.xml") if xml else \
+                    Translation(here.parent.parent / "scenes" / folder, SIZE, SIZE, materials=materials)
+            kind, *by_difference = kind.split()
+            step = float(by_difference[1]) if by_difference[1:] else 0.01
             if options.check:
                 if kind in ("one", "self"):
                     gradient = Gradient(translation, parameter)
@@ -155,13 +183,15 @@ def main():
             else:
                 gradient = Gradient(translation, parameter)
                 sample = (lambda seed: gradient.reverse(weights, spp, seed)) if kind == "reverse" else \
-                    (lambda seed: gradient.forward(kind, spp, seed))
+                    (lambda seed: gradient.difference(kind, spp, seed, step)) if by_difference else (lambda seed: gradient.forward(kind, spp, seed))
             runs = np.array([sample(1000 + s) for s in range(SEEDS)], dtype=np.float64)
             mean, error = runs.mean(0), runs.std(0, ddof=1) / math.sqrt(SEEDS)
             write_exr(name + ".exr", mean)
             write_exr(name + ".error.exr", error)
-            entry = {"scene": scene, "what": kind, "spp": spp, "seeds": SEEDS, "maxDepth": translation.max_depth,
+            entry = {"scene": folder, "what": kind, "spp": spp, "seeds": SEEDS, "maxDepth": translation.max_depth,
                      "file": name + ".exr", "error": name + ".error.exr"}
+            if materials:
+                entry["materials"] = materials
             if parameter:
                 entry["parameter"] = parameter
             if kind == "reverse":

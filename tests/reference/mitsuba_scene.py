@@ -16,9 +16,12 @@ def srgb_decode(x):
 class Translation:
     """`scene`: the Mitsuba scene; parameter(name): where it keeps one of our parameters."""
 
-    def __init__(self, folder, width, height, camera=None, exact=False):
-        """exact: every material through GltfBsdf, needed for derivatives of slots that Mitsuba's own plugins lack."""
-        self.folder, self.exact, self.owners = pathlib.Path(folder), exact, {}
+    def __init__(self, folder, width, height, camera=None, exact=False, materials=None):
+        """exact: every material through GltfBsdf, needed for derivatives of slots that Mitsuba's own plugins lack.
+
+        materials: by name, what to put in the place of the file's, as make_lobes.py describes materials.
+        """
+        self.folder, self.exact, self.owners, self.other = pathlib.Path(folder), exact, {}, materials or {}
         self.gltf = json.loads((self.folder / "scene.gltf").read_text())
         self.data = (self.folder / self.gltf["buffers"][0]["uri"]).read_bytes()
         self.extras = self.gltf["scenes"][0]["extras"]
@@ -81,6 +84,9 @@ class Translation:
         base = self.colour(pbr.get("baseColorFactor", [1, 1, 1, 1])[:3], pbr.get("baseColorTexture"))
         mr = pbr.get("metallicRoughnessTexture")
         rough = self.scalar(pbr.get("roughnessFactor", 1), mr, 1)
+        other = self.other.get(name) or self.glass(material, specular)
+        if other is not None:
+            return self.boundary(name, other, base if pbr.get("baseColorTexture") else None)
         plain = mr is None and "normalTexture" not in material and not self.exact
         if plain and metallic == 0 and specular == 0:
             bsdf = mi.load_dict({"type": "twosided", "nested": {"type": "diffuse", "reflectance": base}})
@@ -104,6 +110,41 @@ class Translation:
         for slot in ("baseColor", "roughness", "metallic", "specular", "normal"):
             if slot in result:
                 self.owners[f"{name}.{slot}"] = bsdf, slot
+        return bsdf
+
+    @staticmethod
+    def glass(material, specular):
+        """KHR_materials_transmission, smooth."""
+        extensions = material.get("extensions", {})
+        if "KHR_materials_transmission" not in extensions:
+            return None
+        solid = extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0) > 0
+        return {"model": "dielectric" if solid else "thindielectric", "colour": material["pbrMetallicRoughness"]["baseColorFactor"][:3],
+                "specular": [specular] * 3, "ior": extensions.get("KHR_materials_ior", {}).get("ior", 1.5)}
+
+    def boundary(self, name, m, texture):
+        """One of Mitsuba's plugins; its colours and alpha are our slots."""
+        plain = lambda value: {"type": "rgb", "value": [float(v) for v in value]}
+        colour = texture or plain(m["colour"])
+        d = {"type": ("rough" if "alpha" in m else "") + m["model"]}
+        if "alpha" in m:
+            d.update(alpha=m["alpha"], distribution=m["distribution"])
+        if m["model"] == "conductor":
+            d.update(eta=plain(m["eta"]), k=plain(m["k"]), specular_reflectance=colour)
+            keys = {"baseColor": "specular_reflectance"}
+        elif m["model"] == "plastic":
+            d.update(int_ior=m["ior"], ext_ior=1.0, specular_reflectance=plain(m["specular"]), diffuse_reflectance=colour, nonlinear=m["nonlinear"])
+            keys = {"baseColor": "diffuse_reflectance", "specular": "specular_reflectance"}
+        else:
+            d.update(int_ior=m["ior"], ext_ior=1.0, specular_reflectance=plain(m["specular"]), specular_transmittance=colour)
+            keys = {"baseColor": "specular_transmittance", "specular": "specular_reflectance"}
+        keys["roughness"] = "alpha"
+        prefix = ""
+        if m["model"] in ("conductor", "plastic"):
+            d, prefix = {"type": "twosided", "nested": d}, "brdf_0."
+        bsdf = mi.load_dict(d)
+        for slot, key in keys.items():
+            self.owners[f"{name}.{slot}"] = bsdf, prefix + key
         return bsdf
 
     def emission(self, material):

@@ -60,6 +60,7 @@ TEST(Features, SameBitsFurnace) { compareWithEverything("furnace", {"*.baseColor
 TEST(Features, SameBitsMaterials) { compareWithEverything("materials", {"varied.*"}); }
 TEST(Features, SameBitsBowl) { compareWithEverything("bowl", {"bowl.roughness", "table.baseColor"}); }
 TEST(Features, SameBitsEnvironment) { compareWithEverything("environment", {"environment.radiance"}); }
+TEST(Features, SameBitsGlass) { compareWithEverything("glass", {"painting.baseColor", "ball.baseColor", "block.specular"}); }
 TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
 
 // Guided in both: with a guide that learned alike, and drawn from it.

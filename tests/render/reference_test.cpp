@@ -1,4 +1,5 @@
 // Images and derivatives against Mitsuba 3, stored with their standard errors by tests/reference/make_references.py.
+#include "support/material_json.h"
 #include "support/render_fixture.h"
 
 #include <algorithm>
@@ -13,11 +14,6 @@ const std::string kFolder = std::string(CMPG_SOURCE_DIR) + "/tests/reference/";
 nlohmann::json references() {
     std::ifstream file(kFolder + "references.json");
     return nlohmann::json::parse(file)["references"];
-}
-
-Scene sceneOf(const nlohmann::json& r) {
-    const std::string name = r["scene"];
-    return name.starts_with("mitsuba/") ? loadScene(kFolder + name + ".xml") : bundledScene(name);
 }
 
 // Mean and squared standard error of every value over independent seeds.
@@ -36,6 +32,17 @@ Estimate reduce(int width, int height, int channels, const std::vector<std::vect
             e.variance[i] += (run[i] - e.mean[i]) * (run[i] - e.mean[i]) / (n * (n - 1));
     }
     return e;
+}
+
+Scene sceneOf(const nlohmann::json& r) {
+    const std::string name = r["scene"];
+    if (name.starts_with("mitsuba/"))
+        return loadScene(kFolder + name + ".xml");
+    Scene scene = bundledScene(name);
+    if (r.contains("materials"))
+        for (const auto& [replaced, material] : r["materials"].items())
+            replaceMaterial(scene, replaced, material);
+    return scene;
 }
 
 // `share`: of the reference's samples per pixel.

@@ -171,11 +171,53 @@ TEST(GltfMaterials, MaskKeepsTheAlphaOfTheTexture) {
     EXPECT_TRUE(warned(blended, "wall: alphaMode BLEND is rendered opaque"));
 }
 
+TEST(GltfMaterials, TransmissionMakesPanesAndWithAVolumeBoundaries) {
+    Fixture f;
+    f.material["pbrMetallicRoughness"] = {{"baseColorFactor", {0.9, 0.8, 0.7, 1}}, {"roughnessFactor", 0}, {"metallicFactor", 0}};
+    f.material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                                {"KHR_materials_ior", {{"ior", 1.33}}},
+                                {"KHR_materials_specular", {{"specularFactor", 0.5}, {"specularColorFactor", {1, 0.5, 4}}}}};
+    const Scene pane = f.load();
+    EXPECT_EQ(pane.materials[0].model, SurfaceModel::ThinDielectric);
+    EXPECT_TRUE(isSmooth(pane.materials[0]));
+    EXPECT_FLOAT_EQ(pane.materials[0].ior, 1.33f);
+    expectValues(valuesOf(pane, "wall.baseColor"), {0.9f, 0.8f, 0.7f});
+    expectValues(valuesOf(pane, "wall.specular"), {0.5f, 0.25f, 1}); // RGB, clamped
+    EXPECT_FALSE(warned(pane, "not rendered"));
+    f.material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 0.1}};
+    const Scene solid = f.load();
+    EXPECT_EQ(solid.materials[0].model, SurfaceModel::Dielectric);
+    EXPECT_TRUE(isSmooth(solid.materials[0]));
+    f.material["pbrMetallicRoughness"]["roughnessFactor"] = 0.5;
+    const Scene rough = f.load();
+    EXPECT_FALSE(isSmooth(rough.materials[0]));
+    EXPECT_FALSE(rough.materials[0].roughnessIsAlpha);
+    EXPECT_EQ(rough.materials[0].microfacets, Microfacets::Ggx);
+    f.material["extensions"]["KHR_materials_volume"]["attenuationDistance"] = 2;
+    EXPECT_TRUE(warned(f.load(), "not rendered: attenuation in the volume of wall"));
+}
+
+TEST(GltfMaterials, TransmissionOfMetalsAndOfPartsIsToldOf) {
+    Fixture f;
+    f.material["pbrMetallicRoughness"] = {{"roughnessFactor", 0}};
+    f.material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+    const Scene metal = f.load(); // metallicFactor is 1
+    EXPECT_EQ(metal.materials[0].model, SurfaceModel::MetallicRoughness);
+    EXPECT_FALSE(warned(metal, "lets through"));
+    f.material["pbrMetallicRoughness"]["metallicFactor"] = 0;
+    f.material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.3;
+    const Scene part = f.load();
+    EXPECT_EQ(part.materials[0].model, SurfaceModel::MetallicRoughness);
+    EXPECT_TRUE(warned(part, "wall: lets through a part of the light and scatters the rest; it is rendered opaque"));
+    f.material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 2;
+    EXPECT_THROW(f.load(), Error);
+}
+
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
     Fixture f;
-    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_transmission"};
+    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_clearcoat"};
     f.material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
-    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_transmission, KHR_materials_unlit"));
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_clearcoat, KHR_materials_unlit"));
 }
 
 TEST(GltfMaterials, NamesAreUniqueAndPrintable) {

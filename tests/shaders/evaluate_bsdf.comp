@@ -5,11 +5,22 @@
 layout(local_size_x = 64) in;
 const bool kLobeDiffuse = true;
 const bool kLobeSpecular = true;
+const bool kOtherModels = false;
+const bool kMetallicRoughness = true;
+const bool kDielectric = false;
+const bool kConductor = false;
+const bool kPlastic = false;
+const bool kSmoothLobes = false;
+const bool kRoughDielectric = false;
+const bool kRoughReflection = false;
+const bool kBeckmann = false;
+const bool kGgx = true;
 const bool kDiffBaseColor = true;
 const bool kDiffRoughness = true;
 const bool kDiffMetallic = true;
 const bool kDiffSpecular = true;
 const bool kDiffNormal = true;
+vec4 coatTexel(uint at) { return vec4(0); }
 #include "lib/bsdf.glsl"
 #include "lib/dispatch.glsl"
 
@@ -37,7 +48,7 @@ void main() {
     const uint i = globalIndex();
     if (i >= count) return;
     const Query q = queries[i];
-    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu);
+    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu, 0u);
     BsdfDerivatives d;
     Result r;
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);

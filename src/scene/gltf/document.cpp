@@ -20,7 +20,7 @@ constexpr int kMaxJsonDepth = 64;
 
 constexpr const char* kKnownExtensions[] = {
     "KHR_materials_specular", "KHR_materials_ior",   "KHR_materials_emissive_strength",
-    "KHR_texture_transform",  "KHR_lights_punctual", "KHR_mesh_quantization",
+    "KHR_materials_transmission", "KHR_materials_volume", "KHR_texture_transform",  "KHR_lights_punctual", "KHR_mesh_quantization",
 };
 
 std::uint32_t littleEndian(const Bytes& bytes, std::size_t at) {

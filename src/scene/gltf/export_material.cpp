@@ -113,6 +113,11 @@ void MaterialExporter::metallicRoughness() {
 void MaterialExporter::specular() {
     const Parameter p = values(SlotKind::Specular);
     Json& json = extension("KHR_materials_specular");
+    if (p.channels == 3) { // what a dielectric reflects
+        json["specularFactor"] = 1;
+        json["specularColorFactor"] = {p.values[0], p.values[1], p.values[2]};
+        return;
+    }
     json["specularFactor"] = p.textured ? 1.0f : p.values[0];
     if (!p.textured) return;
     Bytes pixels;

@@ -75,6 +75,13 @@ void checkMaterial(const JsonView& material, const JsonView& root) {
     pbr["metallicFactor"].number(0, 1);
     for (const char* key : {"baseColorTexture", "metallicRoughnessTexture"}) checkTexture(pbr[key], root);
     const JsonView specular = extensions["KHR_materials_specular"];
+    extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 1);
+    checkTexture(extensions["KHR_materials_transmission"]["transmissionTexture"], root);
+    const JsonView volume = extensions["KHR_materials_volume"];
+    volume["thicknessFactor"].number(0);
+    volume["attenuationDistance"].number(0);
+    volume["attenuationColor"].numbers(3);
+    checkTexture(volume["thicknessTexture"], root);
     specular["specularFactor"].number(0, 1);
     specular["specularColorFactor"].numbers(3);
     for (const char* key : {"specularTexture", "specularColorTexture"}) checkTexture(specular[key], root);

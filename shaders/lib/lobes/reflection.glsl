@@ -1,0 +1,48 @@
+// Reflection by the boundary of a conductor or of a plastic's coat, in a single direction or by microfacets.
+#ifndef CMPG_LIB_REFLECTION
+#define CMPG_LIB_REFLECTION
+#include "lib/surface.glsl"
+#include "lib/fresnel.glsl"
+
+vec3 conductorEta(Surface s) { return vec3(s.metallic, s.specular, s.ior); }
+
+// What the boundary sends back at cosine c to its normal: Fresnel's term times the colour, and the term alone.
+vec3 boundaryReflected(Surface s, float c, OUT(vec3) fresnelTerm) {
+    vec3 colour = s.specularColor;
+    fresnelTerm = vec3(0.0);
+    if (IS_PLASTIC(s)) fresnelTerm = vec3(dielectricBoundary(c, s.ior).reflected);
+    if (IS_CONDUCTOR(s)) {
+        fresnelTerm = conductorReflected(c, conductorEta(s), s.specularColor);
+        colour = s.baseColor;
+    }
+    return colour * fresnelTerm;
+}
+
+// The derivative by the colour that the boundary has.
+void addBoundaryDerivative(Surface s, vec3 byColour, INOUT(BsdfDerivatives) d) {
+    if (kDiffBaseColor && IS_CONDUCTOR(s)) d.baseColor = d.baseColor + byColour;
+    if (kDiffSpecular && IS_PLASTIC(s)) d.specular = d.specular + byColour;
+}
+
+// f |cos| of the microfacets, added to `value`, and derivatives, added to d; those by the normal as gradients over unit normals n.
+vec3 microfacetReflectionCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, float cosI, INOUT(BsdfDerivatives) d) {
+    HalfVector h = halfVector(n, wo, wi);
+    float alpha = surfaceAlpha(s);
+    MicrofacetReflection g;
+    if (IS_BECKMANN(s))
+        g = beckmannReflection(alpha, n, wo, wi, cosO, cosI, h);
+    else
+        g = ggxReflection(alpha, n, wo, wi, cosO, cosI, h);
+    vec3 term;
+    vec3 reflected = boundaryReflected(s, min(0.5 * length(wo + wi), 1.0), term);
+    addBoundaryDerivative(s, term * g.value, d);
+    if (kDiffRoughness) d.roughness = d.roughness + reflected * (g.alpha * surfaceAlphaDerivative(s));
+    if (kDiffNormal) {
+        d.normalX = d.normalX + reflected * g.normal.x;
+        d.normalY = d.normalY + reflected * g.normal.y;
+        d.normalZ = d.normalZ + reflected * g.normal.z;
+    }
+    return reflected * g.value;
+}
+
+#endif

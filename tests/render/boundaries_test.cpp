@@ -1,0 +1,315 @@
+// Dielectrics, panes, conductors and plastics in whole images: energy, closed forms, derivatives, guiding.
+#include "base/error.h"
+#include "support/guided_fixture.h"
+#include "support/material_json.h"
+#include "support/scene_builder.h"
+
+#include <fstream>
+
+namespace cmpg::test {
+namespace {
+
+// A scene put together by hand whose materials may be boundaries.
+struct Builder : SceneBuilder {
+    std::uint32_t boundary(const std::string& name, SurfaceModel model, float ior) {
+        const std::uint32_t at = material(name, 1, 0);
+        Material& m = scene.materials[at];
+        m.model = model;
+        m.ior = ior;
+        m.smooth = true;
+        setConstant(scene, m, SlotKind::Specular, {1, 1, 1});
+        return at;
+    }
+    void sky(float radiance) {
+        Parameter p;
+        p.name = "environment.radiance";
+        p.kind = SlotKind::Radiance;
+        p.width = 4;
+        p.height = 2;
+        p.values.assign(p.entries(), radiance);
+        scene.environment = {std::uint32_t(scene.parameters.size()), 0};
+        scene.parameters.push_back(p);
+    }
+    // Interpolated normals.
+    void sphere(std::uint32_t material, glm::vec3 center, float radius, std::uint32_t columns) {
+        Geometry& g = scene.geometry;
+        const auto base = std::uint32_t(g.positions.size()), rows = columns / 2;
+        g.normals.resize(g.positions.size(), glm::vec3(0));
+        for (std::uint32_t j = 0; j <= rows; ++j)
+            for (std::uint32_t i = 0; i <= columns; ++i) {
+                const float theta = 3.14159265f * float(j) / float(rows), phi = 6.2831853f * float(i % columns) / float(columns);
+                const glm::vec3 n(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+                g.positions.push_back(center + radius * n);
+                g.normals.push_back(n);
+                g.uv0.emplace_back(float(i) / float(columns), float(j) / float(rows));
+            }
+        const auto at = [&](std::uint32_t j, std::uint32_t i) { return base + j * (columns + 1) + i; };
+        for (std::uint32_t j = 0; j < rows; ++j)
+            for (std::uint32_t i = 0; i < columns; ++i) {
+                if (j > 0)
+                    g.triangles.push_back({{at(j, i), at(j + 1, i), at(j, i + 1)}, material});
+                if (j + 1 < rows)
+                    g.triangles.push_back({{at(j, i + 1), at(j + 1, i), at(j + 1, i + 1)}, material});
+            }
+    }
+};
+
+double fresnel(double c, double eta) {
+    const double t = std::sqrt(1 - (1 - c * c) / (eta * eta)), s = (c - eta * t) / (c + eta * t), p = (eta * c - t) / (eta * c + t);
+    return 0.5 * (s * s + p * p);
+}
+
+// Under a sky of 1 clear glass is invisible: nothing is lost at any boundary, and the scales of radiance cancel. Faceted, and with interpolated normals:
+// those of coarser meshes let light in near the silhouette that total reflection never lets out.
+TEST(Glass, BallInAWhiteFurnaceIsInvisible) {
+    for (const std::uint32_t columns : {12u, 256u})
+        for (const float ior : {1.5f, 0.75f}) {
+            Builder b;
+            b.sphere(b.boundary("glass", SurfaceModel::Dielectric, ior), {0, 0, 0}, 0.8f, columns);
+            b.sphere(b.boundary("core", SurfaceModel::Dielectric, 1.0f / ior), {0.1f, 0, 0}, 0.4f, columns); // a bubble
+            if (columns == 12)
+                b.scene.geometry.normals.clear();
+            b.sky(1);
+            b.camera(2);
+            RenderConfig config;
+            config.maxDepth = 300;
+            Bench s(b.scene, {}, config);
+            const Image image = s.renderer->render(viewOf(s.scene, 32, 32), 64, {1, 0, 0});
+            EXPECT_NEAR(meanOf(image), 1, 1e-4) << columns << " columns, index " << ior;
+        }
+}
+
+// A lamp of radiance 2 behind, a sky of 1 before.
+double lampBehind(Builder& b, std::uint32_t spp) {
+    b.quad(b.material("lamp", 0, 2), {-20, -20, -5}, {40, 0, 0}, {0, 40, 0});
+    b.sky(1);
+    RenderConfig config;
+    config.maxDepth = 64;
+    Bench s(b.scene, {}, config);
+    std::vector<double> means;
+    for (std::uint32_t i = 0; i < 8; ++i)
+        means.push_back(meanOf(s.renderer->render(viewOf(s.scene, 8, 8), spp, {i, 0, 0})));
+    const MeanError found = statistics(means);
+    EXPECT_LT(found.standardError, 2e-3);
+    return found.mean;
+}
+
+TEST(Glass, PaneLetsThroughWhatItDoesNotReflect) {
+    Builder b;
+    b.square(b.boundary("pane", SurfaceModel::ThinDielectric, 1.5f), 0);
+    b.camera(2);
+    const double r = fresnel(1, 1.5), reflected = 2 * r / (1 + r);
+    EXPECT_NEAR(lampBehind(b, 512), 2 - reflected, 5e-3);
+}
+
+// Both faces of a slab come to the same as a pane: with the reflections between them, and radiance as it was.
+TEST(Glass, SlabIsAPane) {
+    Builder b;
+    const std::uint32_t glass = b.boundary("glass", SurfaceModel::Dielectric, 1.5f);
+    b.quad(glass, {-20, -20, 0}, {40, 0, 0}, {0, 40, 0});
+    b.quad(glass, {-20, -20, -0.5f}, {0, 40, 0}, {40, 0, 0}); // looks down
+    b.camera(2);
+    const double r = fresnel(1, 1.5), reflected = 2 * r / (1 + r);
+    EXPECT_NEAR(lampBehind(b, 512), 2 - reflected, 5e-3);
+}
+
+// One boundary: radiance shrinks by the squared index on its way out.
+TEST(Glass, RadianceIsScaledBetweenMedia) {
+    Builder b;
+    b.quad(b.boundary("glass", SurfaceModel::Dielectric, 1.5f), {-20, -20, 0}, {40, 0, 0}, {0, 40, 0});
+    b.camera(2);
+    const double r = fresnel(1, 1.5);
+    EXPECT_NEAR(lampBehind(b, 512), r + (1 - r) * 2 / (1.5 * 1.5), 5e-3);
+}
+
+// Beyond the critical angle all is reflected: a slanted prism face seen from within.
+TEST(Glass, TotalReflection) {
+    Builder b;
+    const std::uint32_t glass = b.boundary("glass", SurfaceModel::Dielectric, 1 / 1.5f); // the camera's side is inside
+    b.quad(glass, {-20, -20, -20}, {40, 0, 40}, {0, 40, 0});                            // 45 degrees
+    b.camera(2);
+    // It looks down and sees the sky at the side; the lamp below is hidden.
+    EXPECT_NEAR(lampBehind(b, 64), 1, 1e-5);
+}
+
+// Emission found through glass counts fully, light samples at glass count nothing: with and without them the same.
+TEST(Glass, LightSamplingChangesNoExpectation) {
+    MeanError means[2];
+    for (const bool sampled : {false, true}) {
+        RenderConfig config;
+        config.lightSampling = sampled;
+        Bench s(bundledScene("glass"), {}, config);
+        std::vector<double> values;
+        for (std::uint32_t i = 0; i < 12; ++i)
+            values.push_back(meanOf(s.renderer->render(viewOf(s.scene, 24, 24), 64, {100 * sampled + i, 0, 0})));
+        means[sampled] = statistics(values);
+        EXPECT_LT(means[sampled].standardError, 0.02 * means[sampled].mean);
+    }
+    expectAgreement(means[0], means[1], "with light sampling");
+}
+
+nlohmann::json variants() {
+    std::ifstream file(std::string(CMPG_SOURCE_DIR) + "/tests/reference/references.json");
+    const nlohmann::json all = nlohmann::json::parse(file)["references"];
+    return {{"metals", all["metals_image"]["materials"]}, {"coats", all["coats_image"]["materials"]}, {"glass", nlohmann::json::object()}};
+}
+
+// Bundled scenes, with materials of Mitsuba's in place of some.
+Scene variant(const std::string& name) {
+    Scene scene = bundledScene(name == "glass" ? "glass" : "materials");
+    const nlohmann::json all = variants();
+    for (const auto& [material, json] : all[name].items())
+        replaceMaterial(scene, material, json);
+    for (Parameter& p : scene.parameters)
+        p.materialise();
+    return scene;
+}
+
+struct Case {
+    const char *scene, *parameters;
+};
+class Boundary : public testing::TestWithParam<Case> {};
+
+std::vector<std::vector<float>> randomDirections(const Bench& s, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    std::vector<std::vector<float>> v = s.ones();
+    for (auto& direction : v)
+        for (float& x : direction)
+            x = uniform(random);
+    return v;
+}
+
+TEST_P(Boundary, ForwardAgreesWithReverse) {
+    Bench s(variant(GetParam().scene), {GetParam().parameters});
+    const View view = viewOf(s.scene, 24, 24);
+    const auto directions = randomDirections(s, 1);
+    const PassKey key{5, 0, 1};
+    const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
+    Image adjoint(view.width, view.height, 3);
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (float& a : adjoint.values)
+        a = uniform(random);
+    std::vector<std::vector<double>> gradients;
+    s.renderer->reverse(view, 16, key, adjoint, {}, {}, gradients);
+    double forwardSum = 0, reverseSum = 0, magnitude = 0;
+    for (std::size_t i = 0; i < adjoint.values.size(); ++i) {
+        forwardSum += double(forward.values[i]) * adjoint.values[i];
+        magnitude += std::abs(double(forward.values[i]) * adjoint.values[i]);
+    }
+    for (std::size_t p = 0; p < gradients.size(); ++p)
+        reverseSum += std::inner_product(gradients[p].begin(), gradients[p].end(), directions[p].begin(), 0.0);
+    ASSERT_GT(magnitude, 0);
+    EXPECT_NEAR(forwardSum, reverseSum, 1e-4 * magnitude);
+}
+
+// Directions, lights and densities stay; only f is evaluated with the perturbed values.
+TEST_P(Boundary, FrozenFiniteDifferences) {
+    RenderConfig config;
+    config.frozenEvaluation = true;
+    config.maxDepth = 6;
+    Bench s(variant(GetParam().scene), {GetParam().parameters}, config);
+    const View view = viewOf(s.scene, 24, 24);
+    const PassKey key{7, 0, 1};
+    const auto directions = randomDirections(s, 3);
+    const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
+    const float h = 2e-3f;
+    const auto shifted = [&](float step) {
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            const std::uint32_t p = s.config.differentiable[i];
+            std::vector<float> values = s.scene.parameters[p].values;
+            for (std::size_t k = 0; k < values.size(); ++k)
+                values[k] += step * directions[i][k];
+            s.renderer->setSecondValues(p, values);
+        }
+        return s.renderer->render(view, 16, key);
+    };
+    const Image plus = shifted(h), minus = shifted(-h), plus2 = shifted(2 * h), minus2 = shifted(-2 * h);
+    double difference = 0, norm = 0;
+    std::size_t unusable = 0;
+    for (std::size_t i = 0; i < forward.values.size(); ++i) {
+        const double narrow = (double(plus.values[i]) - minus.values[i]) / (2 * h), wide = (double(plus2.values[i]) - minus2.values[i]) / (4 * h);
+        const double expected = (4 * narrow - wide) / 3;
+        const double tolerance = 1e-3 * std::abs(expected) + 4e-6 * (std::abs(plus.values[i]) + 1e-3) / h;
+        if (std::abs(narrow - wide) > 0.01 * std::abs(expected) + tolerance) { // a corner of a table, a jump
+            ++unusable;
+            continue;
+        }
+        difference += (forward.values[i] - expected) * (forward.values[i] - expected);
+        norm += expected * expected;
+    }
+    ASSERT_GT(norm, 0);
+    EXPECT_LT(std::sqrt(difference / norm), 2e-3);
+    EXPECT_LE(unusable, forward.values.size() / 20) << "pixels without a usable difference";
+}
+
+INSTANTIATE_TEST_SUITE_P(Slots, Boundary,
+                         testing::Values(Case{"glass", "*.baseColor"}, Case{"glass", "b*.specular"}, Case{"metals", "brass.*o*"}, Case{"metals", "half.baseColor"},
+                                         Case{"metals", "plastic.*o*"}, Case{"metals", "plastic.specular"}, Case{"coats", "*.baseColor"},
+                                         Case{"coats", "half.specular"}, Case{"coats", "half.roughness"}, Case{"coats", "brass.roughness"}),
+                         [](const auto& test) {
+                             std::string name = std::string(test.param.scene) + "_" + test.param.parameters + std::to_string(test.index);
+                             std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)) && c != '_'; }, '_');
+                             return name;
+                         });
+
+// An image and how it differs along the same paths, in one pass.
+TEST(Glass, DifferencesAreThoseOfImages) {
+    RenderConfig config;
+    config.differences = true;
+    RenderConfig frozen;
+    frozen.frozenEvaluation = true;
+    Bench both(variant("glass"), {"b*.baseColor"}, config), second(variant("glass"), {"b*.baseColor"}, frozen);
+    const View view = viewOf(both.scene, 24, 24);
+    const PassKey key{7, 0, 1};
+    for (const std::uint32_t p : both.config.differentiable) {
+        std::vector<float> values = both.scene.parameters[p].values;
+        for (float& v : values)
+            v *= 0.9f;
+        both.renderer->setSecondValues(p, values);
+        second.renderer->setSecondValues(p, values);
+    }
+    const ImageDifference found = both.renderer->renderDifference(view, 16, key);
+    const Image other = second.renderer->render(view, 16, key);
+    double off = 0, size = 0;
+    for (std::size_t i = 0; i < other.values.size(); ++i) {
+        const double expected = double(found.image.values[i]) - other.values[i];
+        off += std::abs(found.difference.values[i] - expected);
+        size += std::abs(expected);
+    }
+    ASSERT_GT(size, 0);
+    EXPECT_LT(off, 1e-4 * size);
+}
+
+// The guide learns and draws around glass without changing what comes out.
+TEST(Glass, GuidingChangesNoExpectation) {
+    GuidedBench s("glass", {"painting.baseColor"}, 24, guidedConfig(8));
+    const auto gradient = [&](std::uint64_t seed) { return s.along(s.gradient(32, {seed, 0, 1}), 0); };
+    const auto image = [&](std::uint64_t seed) { return meanOf(s.renderer->render(s.view, 32, {seed, 0, 0})); };
+    const auto estimate = [&](const auto& what, std::uint64_t first) {
+        std::vector<double> values;
+        for (std::uint64_t i = 0; i < 12; ++i)
+            values.push_back(what(first + i));
+        return statistics(values);
+    };
+    const MeanError plainImage = estimate(image, 1), plainGradient = estimate(gradient, 50);
+    const double reference = s.train(4, 32);
+    s.renderer->setSampling({.kind = Sampling::Primal});
+    const MeanError guidedImage = estimate(image, 100);
+    expectAgreement(guidedImage, plainImage, "image");
+    s.renderer->setSampling({.kind = Sampling::Conditional, .roulette = true, .reference = reference});
+    const MeanError guidedGradient = estimate(gradient, 200);
+    expectAgreement(guidedGradient, plainGradient, "gradient");
+    std::cout << "variance by guiding: image " << std::pow(guidedImage.standardError / plainImage.standardError, 2) << ", gradient "
+              << std::pow(guidedGradient.standardError / plainGradient.standardError, 2) << "\n";
+}
+
+TEST(Boundaries, NormalsOfWhatTheyTurnAreRefused) {
+    EXPECT_THROW(Bench(variant("glass"), {"ball.normal"}), Error);
+    EXPECT_THROW(Bench(variant("coats"), {"brass.normal"}), Error);
+    EXPECT_NO_THROW(Bench(variant("metals"), {"plastic.normal"}));
+}
+
+} // namespace
+} // namespace cmpg::test

@@ -1,0 +1,51 @@
+// Materials as tests/reference/make_lobes.py and make_references.py describe them: Mitsuba's plugins.
+#pragma once
+
+#include "scene/scene.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace cmpg::test {
+
+inline void setConstant(Scene& scene, const Material& m, SlotKind kind, const std::vector<float>& values) {
+    Parameter& p = scene.parameters[m.parameters[std::size_t(kind)]];
+    p.width = p.height = 1;
+    p.textured = false;
+    p.bytes.clear();
+    p.channels = std::uint32_t(values.size());
+    p.values = values;
+}
+
+// A texture of the base colour stays.
+inline void replaceMaterial(Scene& scene, const std::string& name, const nlohmann::json& json) {
+    for (Material& m : scene.materials) {
+        if (m.name != name)
+            continue;
+        const auto rgb = [&](const char* key) { return glm::vec3(json[key][0], json[key][1], json[key][2]); };
+        const std::string model = json["model"];
+        m.model = model == "conductor"        ? SurfaceModel::Conductor
+                  : model == "plastic"        ? SurfaceModel::Plastic
+                  : model == "thindielectric" ? SurfaceModel::ThinDielectric
+                                              : SurfaceModel::Dielectric;
+        m.smooth = !json.contains("alpha");
+        m.microfacets = json.value("distribution", "ggx") == "beckmann" ? Microfacets::Beckmann : Microfacets::Ggx;
+        m.roughnessIsAlpha = true;
+        m.nonlinear = json.value("nonlinear", false);
+        m.hasNormalMap = false;
+        if (m.model == SurfaceModel::Conductor) {
+            m.eta = rgb("eta");
+            m.k = rgb("k");
+        } else {
+            m.ior = json["ior"];
+            setConstant(scene, m, SlotKind::Specular, json["specular"].get<std::vector<float>>());
+        }
+        if (!scene.parameters[m.parameters[std::size_t(SlotKind::BaseColor)]].textured)
+            setConstant(scene, m, SlotKind::BaseColor, json["colour"].get<std::vector<float>>());
+        setConstant(scene, m, SlotKind::Roughness, {json.value("alpha", 0.0f)});
+        return;
+    }
+    throw std::logic_error("no material " + name);
+}
+
+} // namespace cmpg::test
