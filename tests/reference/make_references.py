@@ -55,7 +55,7 @@ JOBS = {
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
     # In Mitsuba's own format, beside this file.
     "mitsuba/shapes": (64, [("red.reflectance", "one")]),
-    "mitsuba/textures": (32, [("panel.reflectance", "one"), ("panel.reflectance", "reverse")]),
+    "mitsuba/textures": (32, [("sky.radiance", "self"), ("panel.reflectance", "reverse")]),
     "mitsuba/emitters": (64, [("red.reflectance", "one")]),
     "mitsuba/environment": (64, [("surroundings.data", "self")]),
     "mitsuba/older": (64, []),

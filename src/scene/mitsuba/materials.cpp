@@ -273,7 +273,8 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
             if (!wrapped->twosided && !closed)
                 load_.oneSided.insert(material.name);
         } else {
-            maker.constant(SlotKind::BaseColor, 3, glm::vec3(wrapped ? 0.0f : 0.5f), "reflectance");
+            // What emits is black otherwise, unless it says more.
+            maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter || wrapped ? 0.0f : 0.5f), "reflectance");
             maker.constant(SlotKind::Roughness, 1, glm::vec3(1));
             maker.constant(SlotKind::Metallic, 1, glm::vec3(0));
             maker.constant(SlotKind::Specular, 1, glm::vec3(0));
