@@ -9,7 +9,6 @@
 #include "scene/scene_file.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace cmpg::fuzz {
 
@@ -72,8 +71,14 @@ inline void requireSound(const Scene& scene) {
 inline void useScene(const fs::path& file) {
     const Scene scene = loadScene(file, kLimits);
     requireSound(scene);
-    std::vector<std::uint32_t> all(scene.parameters.size());
-    std::iota(all.begin(), all.end(), 0u);
+    std::vector<bool> fixed(scene.parameters.size(), false);
+    for (const Material& m : scene.materials)
+        if (!hasNormalDerivative(m))
+            fixed[m.parameters[std::size_t(SlotKind::Normal)]] = true;
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t p = 0; p < fixed.size(); ++p)
+        if (!fixed[p])
+            all.push_back(p);
     analyse(scene, {.differentiable = all});
     geometryHash(scene);
     const Bvh bvh = buildBvh(scene.geometry, 1);
