@@ -43,7 +43,7 @@ struct Subject {
     Image adjoint;
 
     Subject(Device& device, const std::string& file, const char* parameter, bool everything, int size)
-        : scene(loadGltf(file)), renderer(device, scene, config(parameter, everything)), view{&scene.cameras.front(), size, size},
+        : scene(loadScene(file)), renderer(device, scene, config(parameter, everything)), view{&scene.cameras.front(), size, size},
           adjoint(size, size, 3, 1e-5f) {}
 
     RenderConfig config(const char* parameter, bool everything) const {

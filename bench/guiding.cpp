@@ -24,7 +24,7 @@ struct Subject {
     PassResult last;
 
     Subject(const std::string& file, const std::string& parameter, int size, const SdTreeConfig& tree)
-        : scene(loadGltf(file)), renderer(device, scene, config(parameter, tree)), view{&scene.cameras.front(), size, size},
+        : scene(loadScene(file)), renderer(device, scene, config(parameter, tree)), view{&scene.cameras.front(), size, size},
           adjoint(size, size, 3, 1e-5f) {}
 
     RenderConfig config(const std::string& parameter, const SdTreeConfig& tree) {

@@ -27,7 +27,7 @@ void step(const std::string& scenes) {
     std::printf("%-10s %14s %16s %12s %22s\n", "scene", "image s/spp", "gradient s/spp", "ratio", "step outside kernels");
     for (const auto& [name, parameter] : {std::pair{"box", "painting.baseColor"}, {"door", "painting.baseColor"}, {"bowl", "table.baseColor"}}) {
         Device device{Device::Options{}};
-        Scene scene = loadGltf(scenes + "/" + name + "/scene.gltf");
+        Scene scene = loadScene(scenes + "/" + name + "/scene.gltf");
         RenderConfig config;
         config.differentiable = {scene.parameter(parameter)};
         config.maxDepth = scene.maxDepth;

@@ -1,4 +1,4 @@
-// A scene: what a glTF file holds, with parameters that can be read, changed and differentiated.
+// A scene: what a file holds, with parameters that can be read, changed and differentiated.
 #pragma once
 
 #include <cmpg/error.h>
@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,11 +32,18 @@ struct ParameterInfo {
     std::size_t entries() const { return std::size_t(height) * std::size_t(width) * std::size_t(channels); }
 };
 
+// What a scene may be given beside its file.
+struct SceneOptions {
+    std::filesystem::path environment = {};  // latitude-longitude picture of the surroundings, in place of the scene's own or of none
+    float environmentRotation = 0;           // degrees about +y
+    std::map<std::string, std::string> define = {}; // values of the variables of a Mitsuba scene
+};
+
 // Owns the current values. Renderers follow them, a recovery begins at them and keeps its own. Safe to use from several threads.
 class Scene {
   public:
-    // Reads .gltf or .glb. Error(Input) on what is missing, malformed or too large.
-    static Scene load(const std::filesystem::path& file);
+    // Reads glTF (.gltf, .glb) or Mitsuba XML (.xml). Error(Input) on what is missing, malformed or too large.
+    static Scene load(const std::filesystem::path& file, const SceneOptions& options = {});
     Scene copy() const; // with values of its own
 
     std::string source() const;                // the file it came from
@@ -52,7 +60,7 @@ class Scene {
     // `values`: entries() of them, or one per channel, or one for all. Error(Usage) on another number of values, or values out of range.
     void set(const std::string& name, std::span<const float> values);
 
-    // Writes `folder`/scene.gltf, readable by any glTF viewer, with the values that set() or a recovery changed (textures as 8-bit PNG), and
+    // Writes the scene in the format of its file, as `folder`/scene.gltf or scene.xml, with the values that set() or a recovery changed (textures as 8-bit PNG), and
     // the exact ones as `folder`/parameters/<name>.exr. Error(Output) where that fails.
     void exportTo(const std::filesystem::path& folder) const;
 

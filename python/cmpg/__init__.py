@@ -163,19 +163,23 @@ class Parameter:
 
 
 class Scene:
-    """A glTF scene. It owns the values of its parameters: renderers follow them, a recovery begins at them and keeps its own.
+    """A scene, glTF or Mitsuba XML. It owns the values of its parameters: renderers follow them, a recovery begins at them and keeps its own.
 
     scene["painting.baseColor"] is a Parameter; scene["painting.baseColor"] = array sets its values.
 
     Args:
-        file: .gltf or .glb.
+        file: .gltf, .glb or .xml (Mitsuba).
+        environment: latitude-longitude picture of the surroundings, in place of the scene's own, or of none.
+        environment_rotation: of that picture about +y, in degrees.
+        define: values of the variables of a Mitsuba scene, by name.
 
     Raises:
         InputError: the file is missing, malformed or too large.
     """
 
-    def __init__(self, file: Path) -> None:
-        self._handle = _cmpg.Scene(file)
+    def __init__(self, file: Path, *, environment: Path | None = None, environment_rotation: float = 0,
+                 define: Mapping[str, object] | None = None) -> None:
+        self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()})
         self._revision = 0
         self._device: Device | None = None
         self._renderers: dict[Any, Any] = {}  # of cmpg.torch

@@ -176,9 +176,10 @@ NB_MODULE(_cmpg, m) {
         .def_ro("highest", &cmpg::ParameterInfo::highest);
 
     nb::class_<cmpg::Scene>(m, "Scene")
-        .def("__init__", [](cmpg::Scene* self, const std::filesystem::path& file) {
-            new (self) cmpg::Scene(released([&] { return cmpg::Scene::load(file); }));
-        }, "file"_a)
+        .def("__init__", [](cmpg::Scene* self, const std::filesystem::path& file, const std::filesystem::path& environment, float rotation,
+                            const std::map<std::string, std::string>& define) {
+            new (self) cmpg::Scene(released([&] { return cmpg::Scene::load(file, {environment, rotation, define}); }));
+        }, "file"_a, "environment"_a, "environment_rotation"_a, "define"_a)
         .def("copy", &cmpg::Scene::copy, nb::call_guard<nb::gil_scoped_release>())
         .def("source", &cmpg::Scene::source)
         .def("warnings", &cmpg::Scene::warnings)

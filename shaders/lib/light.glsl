@@ -22,4 +22,13 @@ float spotFalloff(float cosine, float innerCos, float outerCos) {
     return square(clamp((cosine - outerCos) * scale, 0.0, 1.0));
 }
 
+// Of 0 to 180 degrees by their cosine.
+float angleOf(float cosine) { return atan(sqrt(max(1.0 - cosine * cosine, 0.0)), cosine); }
+
+// The same, falling with the angle, as Mitsuba's spots do.
+float spotAngleFalloff(float cosine, float innerCos, float outerCos) {
+    float outer = angleOf(outerCos);
+    return clamp((outer - angleOf(cosine)) / max(outer - angleOf(innerCos), 1e-6), 0.0, 1.0);
+}
+
 #endif

@@ -30,6 +30,7 @@ layout(constant_id = kFeatureLightCandidates) const uint kLightCandidates = 8;
 layout(constant_id = kFeatureFewLights) const uint kFewLights = 0;
 layout(constant_id = kFeatureModels) const uint kModels = 1u << kModelMetallicRoughness;
 layout(constant_id = kFeatureSigned) const bool kSigned = false;
+layout(constant_id = kFeatureSpotsByAngle) const bool kSpotsByAngle = true;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates

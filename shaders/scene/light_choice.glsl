@@ -34,7 +34,9 @@ float expectedLight(SceneInfo scene, LightRecord light, vec3 position, Surface s
         const float distance2 = dot(offset, offset);
         direction = offset * inversesqrt(max(distance2, 1e-30));
         brought = distanceFalloff(distance2, where.w) / (4.0 * kPi);
-        if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
+        const float cone = max(1.0 - 0.5 * (along.w + extent.w), 1e-6);
+        if (kind == kLightSpot) brought *= 2.0 * spotFalloff(-dot(direction, along.xyz), along.w, extent.w) / cone;
+        if (kSpotsByAngle && kind == kLightSpotByAngle) brought *= 2.0 * spotAngleFalloff(-dot(direction, along.xyz), along.w, extent.w) / cone;
     }
     // Where values are offset from those that sampling goes by, another side of the surface may be lit.
     const float white = max(dot(facing(normal, wo), direction), kFrozen || kDifference ? 0.02 : 0.0) * kInvPi;

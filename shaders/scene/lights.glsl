@@ -121,6 +121,7 @@ LightSample sampleLight(SceneInfo scene, LightRecord light, vec3 position, vec3 
             s.target = where.xyz - 1e-4 * offset; // it may sit on a surface
             float falloff = distanceFalloff(s.distance * s.distance, where.w);
             if (kind == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, extent.w);
+            if (kSpotsByAngle && kind == kLightSpotByAngle) falloff *= spotAngleFalloff(-dot(s.direction, along.xyz), along.w, extent.w);
             s.radiance = extent.xyz * falloff;
         }
     }

@@ -37,7 +37,8 @@ CMPG_CONST kModelsRoughReflection = 0x200u; // some conductor or plastic is not
 CMPG_CONST kModelsRoughDielectric = 0x400u;
 CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
 CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
-CMPG_CONST kFeatureCount = 28;
+CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
+CMPG_CONST kFeatureCount = 29;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU

@@ -9,6 +9,7 @@ CMPG_CONST kLightPoint = 1;
 CMPG_CONST kLightSpot = 2;
 CMPG_CONST kLightDirectional = 3;
 CMPG_CONST kLightEnvironment = 4;
+CMPG_CONST kLightSpotByAngle = 5; // falls off with the angle
 
 struct GpuLight {
     uint kind; // emissive triangles: and above kLightKindBits their material, as the material table counts

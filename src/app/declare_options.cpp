@@ -97,7 +97,7 @@ struct CommandHelp {
     Command command;
     const char *help, *input;
 };
-constexpr const char* kScene = "Scene, .gltf or .glb";
+constexpr const char* kScene = "Scene, .gltf, .glb or .xml (Mitsuba)";
 constexpr CommandHelp kCommandHelps[] = {
     {Command::Open, "A window on a scene; the word may be left away: cmpg-vk SCENE", kScene},
     {Command::Render, "Render an image: -o FILE.exr", kScene},

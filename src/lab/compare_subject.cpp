@@ -44,7 +44,7 @@ std::vector<CompareMode> parseModes(const std::string& list) {
 }
 
 CompareSubject::CompareSubject(const Options& o)
-    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), scene(loadGltf(o.input)) {
+    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), scene(readScene(o)) {
     if (has(CompareMode::Reverse) && o.adjoint.empty() && o.target.empty())
         throw Error(ErrorKind::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
     if (has(CompareMode::Optimize) && o.target.empty())

@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "library/states.h"
 #include "scene/parameter_values.h"
+#include "scene/scene_file.h"
 
 #include <algorithm>
 
@@ -31,9 +32,12 @@ cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std:
     return copy;
 }
 
-Scene Scene::load(const std::filesystem::path& file) {
+Scene Scene::load(const std::filesystem::path& file, const SceneOptions& options) {
+    LoadOptions load;
+    load.environment = {options.environment, glm::radians(options.environmentRotation)};
+    load.definitions = options.define;
     const auto state = std::make_shared<State>();
-    state->scene = loadGltf(file);
+    state->scene = loadScene(file, load);
     state->revisions.resize(state->scene.parameters.size());
     return Scene(state);
 }
@@ -103,7 +107,7 @@ void Scene::exportTo(const std::filesystem::path& folder) const {
     for (std::size_t p = 0; p < state_->revisions.size(); ++p)
         if (state_->revisions[p] > 0)
             changed.push_back(std::uint32_t(p));
-    exportGltf(state_->scene, changed, folder);
+    exportScene(state_->scene, changed, folder);
 }
 
 } // namespace cmpg::v1

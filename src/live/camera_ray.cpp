@@ -77,6 +77,7 @@ CameraRays::CameraRays(const View& view) : width_(view.width), height_(view.heig
     right_ = glm::normalize(axes[0]) * halfHeight * float(width_) / float(height_);
     up_ = glm::normalize(axes[1]) * halfHeight;
     forward_ = -glm::normalize(axes[2]);
+    (orthographic_ ? origin_ : forward_) += halfHeight * (c.center.x * glm::normalize(axes[0]) + c.center.y * glm::normalize(axes[1]));
 }
 
 CameraRays::Ray CameraRays::at(float x, float y) const {

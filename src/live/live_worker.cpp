@@ -3,6 +3,7 @@
 
 #include "live/guide_pick.h"
 #include "live/save_picture.h"
+#include "scene/scene_file.h"
 #include "session/explain.h"
 #include "session/output.h"
 
@@ -46,7 +47,7 @@ void LiveWorker::run() {
         state_.dead = !work_;
         const bool idle = !work_ || stuck_ || !work_->hasWork();
         state_.refining = !idle;
-        notice(!work_ ? "drop a scene here: .gltf or .glb" : stuck_ ? "stopped by an error" : work_->missing(), false);
+        notice(!work_ ? "drop a scene here: .gltf, .glb or .xml" : stuck_ ? "stopped by an error" : work_->missing(), false);
         auto [requests, wished] = mailbox_.take(idle);
         stuck_ = false;
         if (requests.quit)
@@ -207,8 +208,8 @@ void LiveWorker::answer(const LiveRequests& quick) {
     if (quick.sceneFolder && scene_)
         failing([&] {
             requireWritableFolder(*quick.sceneFolder);
-            exportGltf(scene_->scene, scene_->changed(), *quick.sceneFolder);
-            tell("saved " + (*quick.sceneFolder / "scene.gltf").string());
+            exportScene(scene_->scene, scene_->changed(), *quick.sceneFolder);
+            tell("saved " + (*quick.sceneFolder / scene_->scene.format->exported).string());
         });
     if (quick.pick && work_) {
         const auto [x, y] = *quick.pick;

@@ -70,8 +70,11 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
 
 std::string lightsOf(const Scene& scene) {
     Digest d;
-    for (const PunctualLight& l : scene.lights)
+    for (const PunctualLight& l : scene.lights) {
+        if (l.byAngle)
+            d.add(l.byAngle);
         d.add(l.kind).add(l.position).add(l.direction).add(l.intensity).add(l.range).add(l.innerCos).add(l.outerCos);
+    }
     if (scene.environment)
         d.add(scene.environment->parameter).add(scene.environment->rotation);
     return d.text();
@@ -79,7 +82,11 @@ std::string lightsOf(const Scene& scene) {
 
 std::string cameraOf(const View& view) {
     const Camera& c = *view.camera;
-    return Digest().add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height).text();
+    Digest d;
+    d.add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height);
+    if (c.center != glm::vec2(0))
+        d.add(c.center);
+    return d.text();
 }
 
 } // namespace

@@ -1,8 +1,9 @@
 // The folder an optimisation writes.
 #include "optimize/run_folder.h"
 
+#include "scene/export_folder.h"
 #include "scene/file_io.h"
-#include "scene/gltf_export.h"
+#include "scene/scene_file.h"
 
 #include <cstdio>
 
@@ -145,8 +146,8 @@ void RunFolder::writeImages(Optimization& run, std::uint32_t spp) {
 
 void RunFolder::writeScene(const Optimization& run) {
     attempt([&] {
-        exportGltf(run.scene(), run.parameters(), path_);
-        outputs_.emplace_back("scene.gltf", path_ / "scene.gltf");
+        exportScene(run.scene(), run.parameters(), path_);
+        outputs_.emplace_back(run.scene().format->exported, path_ / run.scene().format->exported);
         outputs_.emplace_back("parameters", path_ / "parameters");
     });
 }

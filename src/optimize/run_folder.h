@@ -12,8 +12,8 @@ namespace cmpg {
 //   initial.exr, final.exr, difference.exr   images of the views; difference = final - initial
 //   target.exr               as compared: exposed, linear
 //   gradients/<name>.exr     dLoss/dparameter of the last step
-//   parameters/<name>.exr    exact values          (exportGltf)
-//   scene.gltf ...           the optimised scene   (exportGltf)
+//   parameters/<name>.exr    exact values          (exportScene)
+//   scene.gltf ...           the optimised scene   (exportScene)
 // With several views the images are <name>.<view>.exr, views counted from 0. Every file but loss.csv is written aside and renamed,
 // so that what is there is whole at any time.
 class RunFolder {

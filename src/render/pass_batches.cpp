@@ -16,6 +16,10 @@ void placeCamera(gpu::Batch& b, const View& view) {
     b.cameraRight = glm::normalize(axes[0]) * halfHeight * aspect;
     b.cameraUp = glm::normalize(axes[1]) * halfHeight;
     b.cameraForward = -glm::normalize(axes[2]);
+    if (c.center != glm::vec2(0)) {
+        const glm::vec3 across = (glm::normalize(axes[0]) * c.center.x + b.cameraUp / halfHeight * c.center.y) * halfHeight;
+        (c.orthographic ? b.cameraOrigin : b.cameraForward) += across;
+    }
     b.orthographic = c.orthographic;
 }
 

@@ -106,7 +106,7 @@ struct Analysis {
         f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
         f.emission = f.environment = true;
         f.fewLights = 0;
-        f.triangleLights = f.punctualLights = f.environmentLight = lightSampling;
+        f.triangleLights = f.punctualLights = f.environmentLight = f.spotsByAngle = lightSampling;
         f.differentiated = kEverySlot | 1u << std::uint32_t(SlotKind::Radiance);
         f.guiding = f.roulette = true;
         f.readSlots.assign(scene.materials.size(), kEverySlot);
@@ -138,6 +138,7 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
     a.f.environmentLight = a.f.environment && request.lightSampling;
     const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
     a.f.punctualLights = request.lightSampling && shining > 0;
+    a.f.spotsByAngle = a.f.punctualLights && std::any_of(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return l.byAngle; });
     const bool others = a.f.triangleLights || shining > 0;
     a.f.lightCandidates = a.f.environmentLight && others ? kMixedCandidates : a.f.triangleLights || shining > 1 ? kLightCandidates : 1;
     std::size_t lights = std::size_t(shining) + a.f.environmentLight;
@@ -181,6 +182,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureLightCandidates] = lightCandidates;
     c[gpu::kFeatureFewLights] = fewLights;
     c[gpu::kFeatureModels] = models;
+    c[gpu::kFeatureSpotsByAngle] = spotsByAngle;
     return c;
 }
 

@@ -23,6 +23,7 @@ struct FeatureSet {
     bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false;
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled
+    bool spotsByAngle = false;
     std::uint32_t lightCandidates = 1;                                             // per light sample; the scene decides, whatever else is on
     std::uint32_t fewLights = 0;      // 2, 4: no more lights than that, whatever parameters become; 0: any number
     std::uint32_t differentiated = 0; // bit per SlotKind

@@ -9,7 +9,11 @@
 namespace cmpg {
 
 std::pair<int, int> imageSize(const Camera& camera, std::optional<std::uint32_t> width, std::optional<std::uint32_t> height, int defaultWidth) {
-    const double aspect = double(camera.aspect.value_or(1.0f));
+    const double aspect = camera.size ? double(camera.size->x) / camera.size->y : double(camera.aspect.value_or(1.0f));
+    if (camera.size && !width && !height) {
+        width = camera.size->x;
+        height = camera.size->y;
+    }
     const auto edge = [](double length) { return int(std::clamp(std::lround(length), 1l, 32768l)); };
     std::pair<int, int> size;
     if (width || !height) {

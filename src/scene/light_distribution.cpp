@@ -156,7 +156,7 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
             powers.push_back(4 * kPi * i);
             break;
         case PunctualLight::Kind::Spot:
-            light.kind = gpu::kLightSpot;
+            light.kind = l.byAngle ? gpu::kLightSpotByAngle : gpu::kLightSpot;
             powers.push_back(2 * kPi * i * (1 - 0.5 * (double(l.innerCos) + l.outerCos)));
             break;
         case PunctualLight::Kind::Directional:

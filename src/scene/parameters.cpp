@@ -86,6 +86,8 @@ float Parameter::highest() const {
 std::uint32_t Scene::parameter(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (parameters[i].name == name) return std::uint32_t(i);
+    if (const auto alias = aliases.find(name); alias != aliases.end())
+        return alias->second;
     throw Error(ErrorKind::Usage, source + " has no parameter " + name, "the nearest names are " + nearestNames(parameters, name),
                 "the list of the scene's parameters has them all", {"inspect"});
 }
@@ -94,6 +96,7 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
     // A name that is one is meant literally, whatever characters it has.
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (parameters[i].name == glob) return {std::uint32_t(i)};
+    if (const auto alias = aliases.find(glob); alias != aliases.end()) return {alias->second};
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (matches(glob, parameters[i].name)) found.push_back(std::uint32_t(i));

@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cmpg {
+
+struct SceneFormat; // scene/scene_file.h
 
 // The things of a material that can be differentiated. `environment.radiance` has its own kind.
 enum class SlotKind : std::uint32_t { BaseColor, Roughness, Metallic, Specular, Emission, Normal, Radiance };
@@ -127,6 +130,8 @@ struct Camera {
     float yfov = 0.8f;            // radians, vertical
     float ymag = 1;               // orthographic: half height
     std::optional<float> aspect;  // as in the file; used for the default size only
+    std::optional<glm::uvec2> size; // width and height in pixels, where the file says
+    glm::vec2 center{0}; // the middle of the picture from the point that the camera looks at, in half heights of the picture: right, up
 };
 
 struct PunctualLight {
@@ -135,15 +140,19 @@ struct PunctualLight {
     glm::vec3 intensity{1};                     // colour * intensity: W/sr, or W/m^2 for directional
     float range = 0;                            // 0 = unlimited
     float innerCos = 1, outerCos = 0.7071f;
+    bool byAngle = false; // a spot falls off with the angle between the cones, as Mitsuba's does; else with the square of the cosine, as glTF's
 };
 
 struct Environment {
     std::uint32_t parameter; // radiance, W x H x 3 (intensity folded in); latitude-longitude
     float rotation = 0;      // radians about +y; world = R_y(rotation) * environment
+    bool replaced = false;   // by LoadOptions::environment: the scene's own file does not have it
 };
 
 struct Scene {
     std::string source; // path it came from
+    const SceneFormat* format = nullptr; // that it was read from; nullptr: built in memory
+    std::map<std::string, std::string> definitions; // LoadOptions::definitions that it was read with
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<AlphaTexture> alphaTextures;
@@ -151,6 +160,7 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::optional<Environment> environment;
     std::vector<Camera> cameras; // never empty
+    std::map<std::string, std::uint32_t> aliases; // other names of parameters
     std::uint32_t maxDepth = 8;
     glm::dvec3 center{0}; // subtracted from all positions (re-centred in double when the scene is far from the origin)
     std::vector<std::string> warnings;
@@ -163,21 +173,7 @@ struct Scene {
     const Camera& camera(const std::string& name) const; // "" = first
 };
 
-// What is larger is refused, since a small file can ask for much: by instances, shared accessors, and images shared by materials.
-struct LoadOptions {
-    std::size_t maxTextureSize = 8192;                                // edge in texels
-    std::uint64_t maxTriangles = std::uint64_t(1) << 27;              // instances included; also a third of the vertices
-    std::uint64_t maxTextureBytes = std::uint64_t(16) << 30;          // of all slots of all materials
-};
-
-// Reads .gltf or .glb exactly as docs/conventions.md says. Throws Error(Input).
-Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options = {});
-
 // Of the triangles' positions and order: equal for equal geometry, on every machine.
 std::uint64_t geometryHash(const Scene& scene);
-
-// Writes the source scene with the given parameters' current values put back into its materials and textures (8-bit) to
-// `folder`/scene.gltf, readable by any glTF viewer; and exact values as parameters/<name>.exr beside it.
-void exportGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
 
 } // namespace cmpg

@@ -75,6 +75,9 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"camera", "NAME", "the first", "Camera of the scene", Contents}, o.camera);
         v({"max-depth", "N", "the scene's, else 8", "Segments of a path; 1 = only lights seen directly"}, o.maxDepth);
         v({"set", "P=VALUE|FILE", "", "Give a parameter a value: P=0.5, P=r,g,b (fills every entry) or P=FILE (of its own size). P may be a glob. Repeats", Contents}, o.set);
+        v({"environment", "FILE", "", "Latitude-longitude picture of the surroundings, in place of the scene's own, or of none", Contents}, o.environment);
+        v({"environment-rotation", "DEGREES", "0", "Turn that picture about +Y, counter-clockwise seen from above", Contents}, o.environmentRotation);
+        v({"define", "NAME=VALUE", "", "Value of a variable of a Mitsuba scene, in place of its default. Repeats", Contents}, o.define);
         break;
     case OptionGroup::Running:
         v({"device", "DEVICE", "the best", "Number or part of the name of a device of --list-devices", Run}, o.device);

@@ -44,6 +44,9 @@ struct Options {
     std::uint64_t memory = 1024;  // MiB
     bool allFeatures = false;     // same results
     std::vector<std::string> set; // "P=VALUE" or "P=FILE"
+    std::string environment;      // a picture in place of the scene's own surroundings
+    std::optional<float> environmentRotation; // degrees about +y
+    std::vector<std::string> define;          // "NAME=VALUE", variables of the scene
     Sampler sampler = Sampler::Sobol;
     Sampling sampling = Sampling::Auto;
     bool noLightSampling = false;

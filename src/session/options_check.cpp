@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "imaging/display_stream.h"
 #include "scene/file_io.h"
+#include "scene/scene_file.h"
 #include "session/optimize_options.h"
 
 #include <cstdio>
@@ -108,8 +109,7 @@ void validateOptimize(const Options& o) {
 }
 
 void validateOpen(const Options& o) {
-    const std::filesystem::path extension = std::filesystem::path(o.input).extension();
-    if (extension != ".gltf" && extension != ".glb" && !fileExists(o.input))
+    if (!isSceneName(o.input) && !fileExists(o.input))
         refuse("'" + o.input + "' is neither a command nor a scene", "see cmpg-vk --help");
     if (o.headless)
         refuse("--headless opens no window, and no command says what else to do",
@@ -181,6 +181,14 @@ void validate(const Options& o) {
     for (const std::string& s : o.set)
         if (s.find('=') == std::string::npos || s.front() == '=')
             refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
+    for (const std::string& d : o.define)
+        if (d.find('=') == std::string::npos || d.front() == '=')
+            refuse("--define takes NAME=VALUE, not '" + d + "'");
+    if (o.environmentRotation) {
+        requireFinite(*o.environmentRotation, "--environment-rotation", -36000, 36000);
+        if (o.environment.empty())
+            refuse("--environment-rotation needs --environment FILE", "the rotation of a scene's own surroundings stands in the scene");
+    }
     if (!o.displayServer.empty())
         DisplayStream::requireAddress(o.displayServer);
     requirePositive(o.trainSpp, "--train-spp", kMaxSamples);

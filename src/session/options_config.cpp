@@ -152,6 +152,7 @@ nlohmann::ordered_json toConfig(const Options& options) {
             o.batches = batches;
     }
     o.mask = absolutePath(o.mask);
+    o.environment = absolutePath(o.environment);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
     if (o.reference != "auto")

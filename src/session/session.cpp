@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "scene/image_size.h"
+#include "scene/scene_file.h"
 #include "session/guided_session.h"
 #include "session/parameter_values.h"
 
@@ -13,8 +14,18 @@
 
 namespace cmpg {
 
+Scene readScene(const Options& options) {
+    LoadOptions load;
+    load.environment = {options.environment, glm::radians(options.environmentRotation.value_or(0.0f))};
+    for (const std::string& definition : options.define) {
+        const std::size_t equals = definition.find('=');
+        load.definitions[definition.substr(0, equals)] = definition.substr(equals + 1);
+    }
+    return loadScene(options.input, load);
+}
+
 Scene openScene(const Options& options) {
-    Scene scene = loadGltf(options.input);
+    Scene scene = readScene(options);
     for (const std::string& warning : scene.warnings)
         logWarn(warning);
     for (const std::string& assignment : options.set)

@@ -7,6 +7,9 @@
 namespace cmpg {
 
 // Loads the scene, prints its warnings on stderr and applies --set.
+// The scene of the options as it is in its file.
+Scene readScene(const Options& options);
+// The same with the values of --set; logs its warnings.
 Scene openScene(const Options& options);
 
 // The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the

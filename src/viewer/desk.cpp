@@ -1,6 +1,7 @@
 // What the window remembers besides the work.
 #include "viewer/desk.h"
 
+#include "scene/scene_file.h"
 #include "viewer/camera_control.h"
 
 #include <algorithm>
@@ -115,12 +116,12 @@ void Desk::open(const std::filesystem::path& file) {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
     fileError.clear();
-    if (ending == ".gltf" || ending == ".glb")
+    if (isSceneName(file))
         session.openScene(file);
     else if (ending == ".exr" || ending == ".hdr" || ending == ".png" || ending == ".jpg" || ending == ".jpeg")
         session.openTarget(file.string());
     else
-        fileError = file.filename().string() + " is neither a scene (.gltf .glb) nor a target (.exr .hdr .png .jpg)";
+        fileError = file.filename().string() + " is neither a scene (" + sceneExtensions() + ") nor a target (.exr .hdr .png .jpg)";
 }
 
 } // namespace cmpg::viewer

@@ -88,7 +88,7 @@ constexpr Gesture kGestures[] = {
     {"W A S D  Q E", "fly; faster with Shift"},
     {"wheel", "zoom all pictures about the cursor"},
     {"Shift+drag", "move all pictures"},
-    {"drop a file", "open a scene (.gltf .glb) or a target (.exr .hdr .png .jpg)"},
+    {"drop a file", "open a scene (.gltf .glb .xml) or a target (.exr .hdr .png .jpg)"},
 };
 
 void followFlyKeys(std::vector<int>& keys, std::span<const KeyPress> pressed) {

@@ -82,7 +82,7 @@ Geometry loadedAt(const Geometry& g, glm::dvec3 offset, Worst& moved) {
     w.json["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", w.floats(positions, 3)}}}, {"indices", w.indices(indices)}}}}}};
     w.json["nodes"] = {{{"mesh", 0}}};
     TempFolder folder;
-    const Scene scene = loadGltf(w.write(folder));
+    const Scene scene = loadScene(w.write(folder));
     const double size = largestCoordinate(scene.geometry);
     for (const glm::vec3& p : scene.geometry.positions) { // the loader numbers them anew
         double closest = std::numeric_limits<double>::infinity();

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::device;
 
-constexpr LoadOptions kLimits = {.maxTextureSize = 64, .maxTriangles = 1 << 12, .maxTextureBytes = 1 << 20};
+const LoadOptions kLimits = {.maxTextureSize = 64, .maxTriangles = 1 << 12, .maxTextureBytes = 1 << 20};
 
 std::string readText(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
@@ -86,7 +86,7 @@ class MutatedScenes : public testing::Test {
         const fs::path file = folder_ / "scene.gltf";
         std::ofstream(file) << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         try {
-            Scene scene = loadGltf(file, kLimits);
+            Scene scene = loadScene(file, kLimits);
             ++loaded_;
             use(scene);
         } catch (const Error& error) {

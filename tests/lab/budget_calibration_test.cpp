@@ -1,7 +1,7 @@
 // Whether stated errors are true ones: images and gradients of bundled scenes against references of many more samples.
 #include "lab/batched_passes.h"
 #include "render/guided_passes.h"
-#include "scene/scene.h"
+#include "scene/scene_file.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ void expectCalibrated(const Estimate& estimate, double target) {
 }
 
 struct Estimator {
-    explicit Estimator(const std::string& name, const std::string& parameter = "") : scene(loadGltf(CMPG_SOURCE_DIR "/scenes/" + name + "/scene.gltf")) {
+    explicit Estimator(const std::string& name, const std::string& parameter = "") : scene(loadScene(CMPG_SOURCE_DIR "/scenes/" + name + "/scene.gltf")) {
         RenderConfig config;
         config.maxDepth = 5;
         for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)

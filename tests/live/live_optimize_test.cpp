@@ -1,5 +1,6 @@
 // The optimisation of a session: the steps of the headless one, whatever is asked for between and during them.
 #include "live_fixture.h"
+#include "scene/scene_file.h"
 
 #include "optimize/renderer_model.h"
 #include "session/optimize_options.h"
@@ -28,7 +29,7 @@ class LiveOptimize : public testing::Test {
         options_.sppGradient = 2;
         options_.target = {(scratch_ / "target.exr").string()};
         Device device{Device::Options{}};
-        Scene scene = loadGltf(options_.input);
+        Scene scene = loadScene(options_.input);
         RenderConfig config;
         config.maxDepth = *options_.maxDepth;
         Renderer renderer(device, scene, config);
@@ -37,7 +38,7 @@ class LiveOptimize : public testing::Test {
 
     std::vector<double> headlessLoss(std::uint32_t steps, std::vector<float>* values = nullptr) const {
         Device device{Device::Options{}};
-        Scene scene = loadGltf(options_.input);
+        Scene scene = loadScene(options_.input);
         for (const std::string& s : options_.set)
             applySet(scene, s);
         const std::vector<std::uint32_t> parameters = selectParameters(scene, options_.param);
@@ -216,7 +217,7 @@ TEST_F(LiveOptimize, SavesWhatIsSeen) {
     EXPECT_EQ(std::stod(second.substr(2)), state->loss->at(1));
     const Image curve = readImage(scratch_ / "loss.png").image;
     EXPECT_LT(*std::min_element(curve.values.begin(), curve.values.end()), 0.5f); // something is drawn
-    const Scene saved = loadGltf(scratch_ / "saved/scene.gltf");
+    const Scene saved = loadScene(scratch_ / "saved/scene.gltf");
     const Image exact = readImage(scratch_ / "saved/parameters/painting.baseColor.exr").image;
     EXPECT_EQ(exact.values, state->picture(LivePicture::Parameter)->values);
     Parameter painting = saved.parameters[saved.parameter("painting.baseColor")];

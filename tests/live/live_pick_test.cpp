@@ -1,5 +1,6 @@
 // Clicks on the picture: surface, cell, distributions.
 #include "live_fixture.h"
+#include "scene/scene_file.h"
 
 #include "guiding/field/sd_tree.h"
 #include "live/camera_ray.h"
@@ -85,7 +86,7 @@ TEST(LivePick, IsAnsweredInTheMidstOfAStep) {
 }
 
 TEST(LivePick, RaysAreThoseOfTheRenderer) {
-    Scene scene = loadGltf(sceneFile("materials"));
+    Scene scene = loadScene(sceneFile("materials"));
     Device device{Device::Options{}};
     Renderer renderer(device, scene, {});
     constexpr int kEdge = 48;

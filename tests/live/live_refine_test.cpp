@@ -1,5 +1,6 @@
 // Images and gradient images of a session are those of the headless commands; settings may change at any time.
 #include "live_fixture.h"
+#include "scene/scene_file.h"
 
 #include "render/guided_passes.h"
 #include "session/parameter_values.h"
@@ -11,7 +12,7 @@ namespace {
 struct Headless {
     Options options;
     Device device{Device::Options{}};
-    Scene scene = loadGltf(options.input);
+    Scene scene = loadScene(options.input);
     View view;
 
     explicit Headless(const Options& o) : options(o) {

@@ -48,7 +48,7 @@ class FileMaker {
             writeExr(folder_ / "sky.exr", image);
             file_.json["scenes"][0]["extras"]["environment"] = {{"uri", "sky.exr"}, {"rotation", scene_.environment->rotation}};
         }
-        return loadGltf(file_.write(folder_));
+        return loadScene(file_.write(folder_));
     }
 
   private:

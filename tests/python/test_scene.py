@@ -52,6 +52,18 @@ def test_exports(scene, tmp_path):
     np.testing.assert_allclose(cmpg.Scene(tmp_path / "out/scene.gltf")[PAINTING].values, 0.5, atol=0.003)
 
 
+def test_environment_and_variables_beside_the_file(tmp_path):
+    sky = BOX.parent.parent / "environment" / "sky.exr"
+    lit = cmpg.Scene(BOX, environment=sky, environment_rotation=90)
+    assert "environment.radiance" in lit.parameters
+    assert "environment.radiance" not in cmpg.Scene(BOX).parameters
+    file = tmp_path / "scene.xml"
+    file.write_text('<scene version="3.0.0"><default name="grey" value="0.5"/><shape type="sphere"><bsdf type="diffuse" id="ball">'
+                    '<float name="reflectance" value="$grey"/></bsdf></shape></scene>')
+    assert cmpg.Scene(file)["ball.reflectance"].values.ravel()[0] == 0.5
+    assert cmpg.Scene(file, define={"grey": 0.25})["ball.reflectance"].values.ravel()[0] == 0.25
+
+
 def test_images_show_and_save_themselves(scene, tmp_path):
     picture = scene[PAINTING]._repr_png_()
     assert picture.startswith(b"\x89PNG")

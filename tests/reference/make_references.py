@@ -26,6 +26,7 @@ import gltf_bsdf
 import images
 import numpy as np
 from mitsuba_scene import Translation
+from xml_scene import XmlScene
 
 gltf_bsdf.register()
 
@@ -52,6 +53,12 @@ JOBS = {
                        ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
                        ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
+    # In Mitsuba's own format, beside this file.
+    "mitsuba/shapes": (64, [("red.reflectance", "one")]),
+    "mitsuba/textures": (32, [("sky.radiance", "self"), ("panel.reflectance", "reverse")]),
+    "mitsuba/emitters": (64, [("red.reflectance", "one")]),
+    "mitsuba/environment": (64, [("surroundings.data", "self")]),
+    "mitsuba/older": (64, []),
 }
 
 
@@ -152,11 +159,14 @@ def main():
         translation = None
         for parameter, kind, *factor in [(None, "image")] + derivatives:
             spp = base_spp * (factor[0] if factor else 1)
-            name = f"{scene}_{'image' if parameter is None else f'{parameter}_{kind.split()[0]}'}"
+            name = f"{scene.replace('/', '_')}_{'image' if parameter is None else f'{parameter}_{kind.split()[0]}'}"
             if options.only not in name:
                 continue
-            folder, materials = VARIANTS.get(scene, (scene, {}))
-            translation = translation or Translation(here.parent.parent / "scenes" / folder, SIZE, SIZE, materials=materials)
+            if translation is None:
+                folder, materials = VARIANTS.get(scene, (scene, {}))
+                xml = scene.startswith("mitsuba/")
+                translation = XmlScene(here / f"{scene}.xml") if xml else \
+                    Translation(here.parent.parent / "scenes" / folder, SIZE, SIZE, materials=materials)
             kind, *by_difference = kind.split()
             step = float(by_difference[1]) if by_difference[1:] else 0.01
             if options.check:

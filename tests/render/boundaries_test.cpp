@@ -286,7 +286,7 @@ TEST(Glass, DifferencesAreThoseOfImages) {
 TEST(Glass, GuidingChangesNoExpectation) {
     GuidedBench s("glass", {"painting.baseColor"}, 24, guidedConfig(8));
     const auto gradient = [&](std::uint64_t seed) { return s.along(s.gradient(32, {seed, 0, 1}), 0); };
-    const auto image = [&](std::uint64_t seed) { return meanOf(s.renderer->render(s.view, 32, {seed, 0, 0})); };
+    const auto image = [&](std::uint64_t seed) { return meanOf(s.renderer->render(s.view, 32, {seed, 0, 0}, s.plan)); };
     const auto estimate = [&](const auto& what, std::uint64_t first) {
         std::vector<double> values;
         for (std::uint64_t i = 0; i < 12; ++i)
@@ -295,10 +295,10 @@ TEST(Glass, GuidingChangesNoExpectation) {
     };
     const MeanError plainImage = estimate(image, 1), plainGradient = estimate(gradient, 50);
     const double reference = s.train(4, 32);
-    s.renderer->setSampling({.kind = Sampling::Primal});
+    s.plan = {.method = {.kind = Sampling::Primal}};
     const MeanError guidedImage = estimate(image, 100);
     expectAgreement(guidedImage, plainImage, "image");
-    s.renderer->setSampling({.kind = Sampling::Conditional, .roulette = true, .reference = reference});
+    s.plan = {.method = {.kind = Sampling::Conditional, .roulette = true}, .reference = reference};
     const MeanError guidedGradient = estimate(gradient, 200);
     expectAgreement(guidedGradient, plainGradient, "gradient");
     std::cout << "variance by guiding: image " << std::pow(guidedImage.standardError / plainImage.standardError, 2) << ", gradient "

@@ -35,10 +35,13 @@ Estimate reduce(int width, int height, int channels, const std::vector<std::vect
 }
 
 Scene sceneOf(const nlohmann::json& r) {
-    Scene scene = bundledScene(r["scene"]);
+    const std::string name = r["scene"];
+    if (name.starts_with("mitsuba/"))
+        return loadScene(kFolder + name + ".xml");
+    Scene scene = bundledScene(name);
     if (r.contains("materials"))
-        for (const auto& [name, material] : r["materials"].items())
-            replaceMaterial(scene, name, material);
+        for (const auto& [replaced, material] : r["materials"].items())
+            replaceMaterial(scene, replaced, material);
     return scene;
 }
 
@@ -51,7 +54,8 @@ Estimate ours(const nlohmann::json& r, double share) {
     if (r.contains("parameter"))
         parameters.push_back(r["parameter"]);
     Bench b(sceneOf(r), parameters, config);
-    const View view = viewOf(b.scene, 64, 64);
+    const glm::uvec2 size = b.scene.cameras.front().size.value_or(glm::uvec2(64));
+    const View view = viewOf(b.scene, int(size.x), int(size.y));
     const std::uint32_t spp = std::max(1u, std::uint32_t(share * r["spp"].get<double>())), seeds = r["seeds"].get<std::uint32_t>() / 2; // half the reference's work is enough for a verdict
     std::vector<std::vector<float>> direction = b.ones();
     if (what == "self")
@@ -73,7 +77,7 @@ Estimate ours(const nlohmann::json& r, double share) {
         runs.emplace_back(image.values.begin(), image.values.end());
     }
     if (what != "reverse")
-        return reduce(64, 64, 3, runs);
+        return reduce(view.width, view.height, 3, runs);
     const Parameter& p = b.scene.parameters[b.config.differentiable[0]];
     return reduce(int(p.width), int(p.height), int(p.channels), runs);
 }

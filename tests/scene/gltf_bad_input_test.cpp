@@ -188,7 +188,7 @@ TEST(GltfBadInput, EveryCaseIsAnInputErrorThatNamesThePlace) {
         c.damage(w);
         f.write(w);
         try {
-            loadGltf(f.scene);
+            loadScene(f.scene);
             ADD_FAILURE() << "loaded";
         } catch (const Error& e) {
             const std::string message = e.what();
@@ -207,16 +207,16 @@ TEST(GltfBadInput, TheUndamagedSceneLoads) {
     image(w, "inside/%61.png"); // an escape, and a file within
     savePng(f.folder / "scene/inside/a.png", 2, 2, 3, std::vector<std::uint8_t>(12, 7));
     f.write(w);
-    EXPECT_EQ(loadGltf(f.scene).geometry.triangles.size(), 1u);
+    EXPECT_EQ(loadScene(f.scene).geometry.triangles.size(), 1u);
     // A link to the scene finds the files beside the scene itself.
     fs::create_symlink(f.scene, f.folder / "elsewhere.gltf");
-    EXPECT_EQ(loadGltf(f.folder / "elsewhere.gltf").geometry.triangles.size(), 1u);
+    EXPECT_EQ(loadScene(f.folder / "elsewhere.gltf").geometry.triangles.size(), 1u);
 }
 
 // Loads whatever the file is; anything but success and Error(Input) fails (and a crash ends the test).
 std::optional<ErrorKind> outcome(const fs::path& file) {
     try {
-        loadGltf(file);
+        loadScene(file);
         return std::nullopt;
     } catch (const Error& e) {
         return e.kind;
@@ -248,7 +248,7 @@ TEST(GltfBadInput, ChainsOfNodesAreNoRecursion) {
     for (int i = 0; i < 200000; ++i) nodes.push_back({{"children", {i + 2}}});
     nodes.push_back({{"mesh", 0}});
     nodes[0] = {{"children", {1}}};
-    EXPECT_EQ(loadGltf(w.write(folder)).geometry.triangles.size(), 1u);
+    EXPECT_EQ(loadScene(w.write(folder)).geometry.triangles.size(), 1u);
 }
 
 GltfWriter richScene(const TempFolder& folder) {

@@ -78,7 +78,7 @@ void expectSame(const Scene& a, const Scene& b) {
 
 TEST(GltfExport, EveryChangedSlotLoadsBack) {
     Fixture f;
-    Scene s = loadGltf(f.w.write(f.folder));
+    Scene s = loadScene(f.w.write(f.folder));
     std::vector<std::uint32_t> changed;
     for (std::uint32_t i = 0; i < s.parameters.size(); ++i) {
         if (s.parameters[i].kind == SlotKind::Normal && !s.parameters[i].textured) continue;
@@ -86,8 +86,8 @@ TEST(GltfExport, EveryChangedSlotLoadsBack) {
         changed.push_back(i);
     }
     const TempFolder out;
-    exportGltf(s, changed, out.path());
-    const Scene back = loadGltf(out / "scene.gltf");
+    exportScene(s, changed, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
     expectSame(s, back);
     EXPECT_EQ(back.environment->rotation, 1);
     EXPECT_EQ(back.materials[0].name, "a/b");
@@ -109,31 +109,31 @@ TEST(GltfExport, EveryChangedSlotLoadsBack) {
     const TempFolder again;
     Scene second = back;
     change(second.parameters[0]);
-    exportGltf(second, {0}, again.path());
-    expectSame(second, loadGltf(again / "scene.gltf"));
+    exportScene(second, {0}, again.path());
+    expectSame(second, loadScene(again / "scene.gltf"));
 }
 
 TEST(GltfExport, NothingChangedIsTheSameScene) {
     Fixture f;
-    const Scene s = loadGltf(f.w.write(f.folder));
+    const Scene s = loadScene(f.w.write(f.folder));
     const TempFolder out;
-    exportGltf(s, {}, out.path());
-    expectSame(s, loadGltf(out / "scene.gltf"));
+    exportScene(s, {}, out.path());
+    expectSame(s, loadScene(out / "scene.gltf"));
     EXPECT_EQ(readText(out / "tex/a b.png"), readText(f.folder / "tex/a b.png"));
     EXPECT_EQ(readText(out / "sky.exr"), readText(f.folder / "sky.exr"));
 }
 
 TEST(GltfExport, DimEmissionNeedsNoExtension) {
     Fixture f;
-    Scene s = loadGltf(f.w.write(f.folder));
+    Scene s = loadScene(f.w.write(f.folder));
     for (const char* name : {"a/b.emission", "plain.emission"}) {
         Parameter& p = s.parameters[s.parameter(name)];
         p.materialise();
         for (std::size_t i = 0; i < p.values.size(); ++i) p.values[i] = 0.01f * float(i % 3);
     }
     const TempFolder out;
-    exportGltf(s, {s.parameter("a/b.emission"), s.parameter("plain.emission")}, out.path());
-    expectSame(s, loadGltf(out / "scene.gltf"));
+    exportScene(s, {s.parameter("a/b.emission"), s.parameter("plain.emission")}, out.path());
+    expectSame(s, loadScene(out / "scene.gltf"));
     EXPECT_EQ(readText(out / "scene.gltf").find("emissive_strength"), std::string::npos);
 }
 
@@ -142,7 +142,7 @@ TEST(GltfExport, GlassLoadsBack) {
     f.w.json["materials"][1] = {{"name", "plain"},
                                 {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.4}}},
                                 {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_volume", {{"thicknessFactor", 1}}}}}};
-    Scene s = loadGltf(f.w.write(f.folder));
+    Scene s = loadScene(f.w.write(f.folder));
     ASSERT_EQ(s.materials[1].model, SurfaceModel::Dielectric);
     std::vector<std::uint32_t> changed;
     for (const char* name : {"plain.baseColor", "plain.specular", "plain.roughness"}) {
@@ -151,8 +151,8 @@ TEST(GltfExport, GlassLoadsBack) {
     }
     EXPECT_EQ(s.parameters[changed[1]].values.size(), 3u);
     const TempFolder out;
-    exportGltf(s, changed, out.path());
-    const Scene back = loadGltf(out / "scene.gltf");
+    exportScene(s, changed, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
     expectSame(s, back);
     EXPECT_EQ(back.materials[1].model, SurfaceModel::Dielectric);
 }
@@ -161,10 +161,10 @@ TEST(GltfExport, BinaryScenesBecomeTextAndData) {
     const TempFolder folder, out;
     GltfWriter w = oneTriangle();
     writeText(folder / "s.glb", w.glb());
-    Scene s = loadGltf(folder / "s.glb");
+    Scene s = loadScene(folder / "s.glb");
     s.parameters[0].values = {0.25f, 0.5f, 0.75f};
-    exportGltf(s, {0}, out.path());
-    const Scene back = loadGltf(out / "scene.gltf");
+    exportScene(s, {0}, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
     expectSame(s, back);
     EXPECT_EQ(back.geometry.positions, s.geometry.positions);
     EXPECT_EQ(back.materials.size(), 1u);
@@ -172,14 +172,14 @@ TEST(GltfExport, BinaryScenesBecomeTextAndData) {
 
 TEST(GltfExport, RefusesToOverwriteItsSource) {
     Fixture f;
-    const Scene s = loadGltf(f.w.write(f.folder));
+    const Scene s = loadScene(f.w.write(f.folder));
     try {
-        exportGltf(s, {}, f.folder.path());
+        exportScene(s, {}, f.folder.path());
         FAIL();
     } catch (const Error& e) {
         EXPECT_EQ(e.kind, ErrorKind::Output);
     }
-    EXPECT_NO_THROW(loadGltf(f.folder / "scene.gltf"));
+    EXPECT_NO_THROW(loadScene(f.folder / "scene.gltf"));
 }
 
 } // namespace

@@ -8,7 +8,7 @@ namespace {
 
 Scene load(GltfWriter& w) {
     const TempFolder folder;
-    return loadGltf(w.write(folder));
+    return loadScene(w.write(folder));
 }
 
 glm::vec3 corner(const Scene& s, std::size_t triangle, std::size_t i) {
@@ -36,7 +36,7 @@ TEST(GltfGeometry, BinaryContainerReadsTheSame) {
     GltfWriter w = oneTriangle();
     const TempFolder folder;
     writeText(folder / "scene.glb", w.glb());
-    const Scene s = loadGltf(folder / "scene.glb");
+    const Scene s = loadScene(folder / "scene.glb");
     ASSERT_EQ(s.geometry.triangles.size(), 1u);
     expectVec(corner(s, 0, 2), {0, 1, 0});
 }

@@ -19,7 +19,7 @@ TEST(GltfCameras, PerspectiveAndOrthographic) {
                        {{"camera", 0}, {"name", "eye"}, {"translation", {1, 2, 3}}, {"rotation", {0, h, 0, h}}, {"scale", {2, 3, 4}}},
                        {{"camera", 1}},
                        {{"camera", 0}, {"name", "eye"}}};
-    const Scene s = loadGltf(w.write(folder));
+    const Scene s = loadScene(w.write(folder));
     ASSERT_EQ(s.cameras.size(), 3u);
     EXPECT_FALSE(warned(s, "camera"));
     const Camera& eye = s.camera("");
@@ -40,7 +40,7 @@ TEST(GltfCameras, DefaultCameraSeesEveryCorner) {
     const TempFolder folder;
     GltfWriter w = oneTriangle();
     w.json["nodes"][0]["matrix"] = {5, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, -1, 4, 2, 1};
-    const Scene s = loadGltf(w.write(folder));
+    const Scene s = loadScene(w.write(folder));
     ASSERT_EQ(s.cameras.size(), 1u);
     EXPECT_TRUE(warned(s, "no camera"));
     const glm::mat4 toCamera = glm::inverse(s.cameras[0].toWorld);
@@ -63,7 +63,7 @@ TEST(GltfLights, AllKinds) {
     w.json["nodes"] = {{{"mesh", 0}, {"children", {1, 2, 3}}}, node(0), node(1), node(2)};
     w.json["nodes"][1]["translation"] = {1, 2, 3};
     w.json["nodes"][3]["rotation"] = {-h, 0, 0, h}; // -90 degrees about x: -Z becomes -Y
-    const Scene s = loadGltf(w.write(folder));
+    const Scene s = loadScene(w.write(folder));
     ASSERT_EQ(s.lights.size(), 3u);
     EXPECT_EQ(s.lights[0].kind, PunctualLight::Kind::Point);
     expectVec(s.lights[0].intensity, {20, 10, 0});
@@ -84,13 +84,14 @@ TEST(GltfEnvironment, IntensityIsFoldedInAndRotationKept) {
     GltfWriter w = oneTriangle();
     saveExr(folder / "my sky.exr", 2, 1, "RGB", {1, 2, 3, 4, -5, 6});
     w.json["scenes"][0]["extras"] = {{"environment", {{"uri", "my%20sky.exr"}, {"intensity", 2}, {"rotation", 0.5}}}, {"maxDepth", 3}};
-    const Scene s = loadGltf(w.write(folder));
+    const Scene s = loadScene(w.write(folder));
     ASSERT_TRUE(s.environment);
     EXPECT_EQ(s.environment->rotation, 0.5f);
     EXPECT_EQ(s.environment->parameter, 6u) << "after the parameters of the materials";
     const Parameter& p = find(s, "environment.radiance");
-    EXPECT_EQ(p.values, (std::vector<float>{2, 4, 6, 8, 0, 12}));
+    EXPECT_EQ(p.values, (std::vector<float>{2, 4, 6, 8, 0, 12, 2, 4, 6, 8, 0, 12})) << "a single row stands for both poles";
     EXPECT_EQ(p.width, 2u);
+    EXPECT_EQ(p.height, 2u);
     EXPECT_TRUE(warned(s, "1 negative values"));
     EXPECT_EQ(s.maxDepth, 3u);
 }

@@ -23,7 +23,7 @@ struct Fixture {
         savePng(folder / name, width, height, channels, codes);
         return texture(name);
     }
-    Scene load() { return loadGltf(w.write(folder)); }
+    Scene load() { return loadScene(w.write(folder)); }
 };
 
 void expectValues(const std::vector<float>& a, const std::vector<float>& b, float tolerance = 1e-6f) {
@@ -239,7 +239,7 @@ TEST(GltfMaterials, ImagesInTheBinaryChunkAndInDataUris) {
     f.w.json["textures"] = {{{"source", 0}}};
     f.material["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
     writeText(f.folder / "s.glb", f.w.glb());
-    expectValues(valuesOf(loadGltf(f.folder / "s.glb"), "wall.roughness"), {0.4f});
+    expectValues(valuesOf(loadScene(f.folder / "s.glb"), "wall.roughness"), {0.4f});
     // A grey pixel of code 128, as base64 of a PNG written elsewhere (Python's zlib).
     f.w.json["images"] = {{{"uri", "data:image/png;base64,"
                                      "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6"

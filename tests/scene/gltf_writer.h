@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.h"
-#include "scene/scene.h"
+#include "scene/scene_file.h"
 
 #include <cstring>
 #include <fstream>

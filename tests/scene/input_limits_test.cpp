@@ -97,13 +97,13 @@ TEST(SceneLimits, InstancesAndSharedAccessors) {
         w.json["scenes"][0]["nodes"].push_back(i);
     }
     const fs::path file = w.write(folder);
-    EXPECT_EQ(loadGltf(file, {.maxTriangles = 110}).geometry.triangles.size(), 110u);
-    EXPECT_NE(refusal([&] { loadGltf(file, {.maxTriangles = 109}); }).find("109 triangles"), std::string::npos);
+    EXPECT_EQ(loadScene(file, {.maxTriangles = 110}).geometry.triangles.size(), 110u);
+    EXPECT_NE(refusal([&] { loadScene(file, {.maxTriangles = 109}); }).find("109 triangles"), std::string::npos);
     // Vertices that no triangle uses are read, too.
     primitive(w)["indices"] = w.indices({0, 0, 0});
     primitive(w)["attributes"] = {{"POSITION", w.floats(std::vector<float>(3 * 400), 3)}};
     const fs::path unused = w.write(folder);
-    EXPECT_NE(refusal([&] { loadGltf(unused, {.maxTriangles = 200}); }).find("vertices"), std::string::npos);
+    EXPECT_NE(refusal([&] { loadScene(unused, {.maxTriangles = 200}); }).find("vertices"), std::string::npos);
 }
 
 TEST(SceneLimits, TexturesSharedByMaterials) {
@@ -115,8 +115,8 @@ TEST(SceneLimits, TexturesSharedByMaterials) {
     for (int i = 0; i < 3; ++i)
         w.json["materials"].push_back({{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}); // 768 bytes and 256
     const fs::path file = w.write(folder);
-    EXPECT_EQ(refusal([&] { loadGltf(file, {.maxTextureBytes = 3072}); }), "");
-    EXPECT_NE(refusal([&] { loadGltf(file, {.maxTextureBytes = 3071}); }).find("textures are too large"), std::string::npos);
+    EXPECT_EQ(refusal([&] { loadScene(file, {.maxTextureBytes = 3072}); }), "");
+    EXPECT_NE(refusal([&] { loadScene(file, {.maxTextureBytes = 3071}); }).find("textures are too large"), std::string::npos);
 }
 
 // Time proportional to the file: 40 000 likes took a minute when each tried all numbers.
@@ -127,7 +127,7 @@ TEST(SceneLimits, EqualNames) {
     for (int i = 0; i < 40000; ++i) w.json["materials"].push_back({{"name", i == 2 ? "a#2" : "a"}, {"alphaMode", "BLEND"}});
     const fs::path file = w.write(folder);
     const auto begin = std::chrono::steady_clock::now();
-    const Scene scene = loadGltf(file);
+    const Scene scene = loadScene(file);
     EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 5.0);
     EXPECT_EQ(scene.materials[1].name, "a#2");
     EXPECT_EQ(scene.materials[2].name, "a#2#2");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/renderer.h"
+#include "scene/scene_file.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@ inline Device& device() {
     return d;
 }
 
-inline Scene bundledScene(const std::string& name) { return loadGltf(std::string(CMPG_SOURCE_DIR) + "/scenes/" + name + "/scene.gltf"); }
+inline Scene bundledScene(const std::string& name) { return loadScene(std::string(CMPG_SOURCE_DIR) + "/scenes/" + name + "/scene.gltf"); }
 
 inline View viewOf(const Scene& scene, int width, int height) { return View{&scene.cameras.front(), width, height}; }
 

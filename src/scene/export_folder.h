@@ -1,0 +1,40 @@
+// The files of an exported scene.
+#pragma once
+
+#include "scene/image.h"
+#include "scene/scene.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <string>
+
+namespace cmpg {
+
+// Names its files so that they clash neither with each other nor with what was copied.
+class ExportFolder {
+  public:
+    // `scene`: the name of the scene's own file.
+    ExportFolder(std::filesystem::path folder, const std::string& scene) : folder_(std::move(folder)), taken_{scene} {}
+
+    // Writes a file and returns its name, relative to the folder.
+    std::string add(const std::string& stem, const std::string& extension, std::span<const std::uint8_t> bytes);
+    void copy(const std::filesystem::path& source, const std::filesystem::path& relative);
+    const std::filesystem::path& path() const { return folder_; }
+
+  private:
+    std::filesystem::path folder_;
+    std::set<std::string> taken_;
+};
+
+// Percent-encodes everything but letters, digits and the characters of `kept`.
+std::string percentEncode(const std::string& text, const std::string& kept);
+
+// A parameter's name as a file name: everything but letters, digits, space, and .-_#() percent-encoded, so that names stay distinct.
+std::string fileName(const std::string& parameterName);
+
+// Current values as a picture.
+Image imageOf(const Parameter& parameter);
+
+} // namespace cmpg

@@ -1,0 +1,174 @@
+// Puts parameter values back into a glTF material: 8-bit textures whose factors are 1, or factors alone.
+#include "base/error.h"
+#include "scene/gltf/export.h"
+#include "scene/image_decode.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+std::uint8_t code(float v) { return std::uint8_t(std::lround(std::clamp(v, 0.0f, 1.0f) * 255.0f)); }
+std::uint8_t srgbCode(float v) { return code(srgbEncode(std::clamp(v, 0.0f, 1.0f))); }
+
+class MaterialExporter {
+  public:
+    MaterialExporter(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, ExportFolder& folder)
+        : root_(root), json_(root["materials"][index]), source_(source), scene_(scene), material_(scene.materials[index]),
+          folder_(folder) {}
+
+    void baseColor();
+    void metallicRoughness();
+    void specular();
+    void emission();
+    void normal();
+
+  private:
+    Parameter values(SlotKind kind) const {
+        Parameter p = scene_.parameters[material_.parameters[std::size_t(kind)]];
+        p.materialise();
+        return p;
+    }
+    Json& extension(const char* name);
+    // Lets `holder`[key] use a new image; sampler, texture coordinates and their transform stay.
+    void setTexture(Json& holder, const char* key, const std::string& name, const Parameter& size, const Bytes& pixels, int channels);
+    std::vector<std::uint8_t> originalAlpha(const Json& info, const Parameter& p);
+
+    Json& root_;
+    Json& json_;
+    const GltfDocument& source_;
+    const Scene& scene_;
+    const Material& material_;
+    ExportFolder& folder_;
+};
+
+Json& MaterialExporter::extension(const char* name) {
+    Json& used = root_["extensionsUsed"];
+    if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+    return json_["extensions"][name];
+}
+
+void MaterialExporter::setTexture(Json& holder, const char* key, const std::string& name, const Parameter& size, const Bytes& pixels,
+                                  int channels) {
+    Json& info = holder[key];
+    Json texture = Json::object();
+    if (info.contains("index")) {
+        const Json& old = root_["textures"][info["index"].get<std::size_t>()];
+        if (old.contains("sampler")) texture["sampler"] = old["sampler"];
+    }
+    const std::string uri =
+        uriOf(folder_.add("textures/" + fileName(name), ".png", encodePng(pixels, int(size.width), int(size.height), channels)));
+    root_["images"].push_back({{"uri", uri}, {"name", name}});
+    texture["source"] = root_["images"].size() - 1;
+    root_["textures"].push_back(std::move(texture));
+    info["index"] = root_["textures"].size() - 1;
+}
+
+// Alpha codes of the texture `info` names, or none if it has no alpha.
+std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& info, const Parameter& p) {
+    const auto image = root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>();
+    const RawImage raw = decodeImage(source_.imageBytes(image), source_.name());
+    if (!raw.hasAlpha() || raw.width != p.width || raw.height != p.height) return {};
+    std::vector<std::uint8_t> alpha(raw.pixels());
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+        const std::size_t from = i * raw.channels + raw.channel(3);
+        alpha[i] = raw.bytes.empty() ? code(raw.values[from]) : raw.bytes[from];
+    }
+    return alpha;
+}
+
+void MaterialExporter::baseColor() {
+    const Parameter p = values(SlotKind::BaseColor);
+    Json& pbr = json_["pbrMetallicRoughness"];
+    const double alphaFactor = pbr.contains("baseColorFactor") ? pbr["baseColorFactor"][3].get<double>() : 1.0;
+    if (!p.textured) {
+        pbr["baseColorFactor"] = {p.values[0], p.values[1], p.values[2], alphaFactor};
+        return;
+    }
+    const std::vector<std::uint8_t> alpha = originalAlpha(pbr["baseColorTexture"], p);
+    Bytes pixels;
+    for (std::size_t i = 0; i < std::size_t(p.width) * p.height; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) pixels.push_back(srgbCode(p.values[i * 3 + c]));
+        if (!alpha.empty()) pixels.push_back(alpha[i]);
+    }
+    setTexture(pbr, "baseColorTexture", p.name, p, pixels, alpha.empty() ? 3 : 4);
+    pbr["baseColorFactor"] = {1, 1, 1, alphaFactor};
+}
+
+void MaterialExporter::metallicRoughness() {
+    const Parameter rough = values(SlotKind::Roughness), metal = values(SlotKind::Metallic);
+    Json& pbr = json_["pbrMetallicRoughness"];
+    if (!rough.textured) {
+        pbr["roughnessFactor"] = rough.values[0];
+        pbr["metallicFactor"] = metal.values[0];
+        return;
+    }
+    Bytes pixels; // red is free: occlusion, which may share the original image, keeps using that
+    for (std::size_t i = 0; i < rough.values.size(); ++i) pixels.insert(pixels.end(), {255, code(rough.values[i]), code(metal.values[i])});
+    setTexture(pbr, "metallicRoughnessTexture", material_.name + ".metallicRoughness", rough, pixels, 3);
+    pbr["roughnessFactor"] = pbr["metallicFactor"] = 1;
+}
+
+void MaterialExporter::specular() {
+    const Parameter p = values(SlotKind::Specular);
+    Json& json = extension("KHR_materials_specular");
+    if (p.channels == 3) { // what a dielectric reflects
+        json["specularFactor"] = 1;
+        json["specularColorFactor"] = {p.values[0], p.values[1], p.values[2]};
+        return;
+    }
+    json["specularFactor"] = p.textured ? 1.0f : p.values[0];
+    if (!p.textured) return;
+    Bytes pixels;
+    for (const float v : p.values) pixels.insert(pixels.end(), {255, 255, 255, code(v)});
+    setTexture(json, "specularTexture", p.name, p, pixels, 4);
+}
+
+// emissiveFactor and the texture stay within [0,1]; what is brighter goes into the strength.
+void MaterialExporter::emission() {
+    const Parameter p = values(SlotKind::Emission);
+    const float brightest = *std::max_element(p.values.begin(), p.values.end());
+    const float strength = std::max(brightest, 1.0f);
+    if (strength > 1)
+        extension("KHR_materials_emissive_strength")["emissiveStrength"] = strength;
+    else if (json_.contains("extensions"))
+        json_["extensions"].erase("KHR_materials_emissive_strength");
+    if (!p.textured) {
+        json_["emissiveFactor"] = {p.values[0] / strength, p.values[1] / strength, p.values[2] / strength};
+        return;
+    }
+    const float factor = brightest > 0 ? std::min(brightest, 1.0f) : 1.0f; // dark textures use all codes too
+    Bytes pixels;
+    for (const float v : p.values) pixels.push_back(srgbCode(v / (factor * strength)));
+    setTexture(json_, "emissiveTexture", p.name, p, pixels, 3);
+    json_["emissiveFactor"] = {factor, factor, factor};
+}
+
+void MaterialExporter::normal() {
+    const Parameter p = values(SlotKind::Normal);
+    if (!p.textured && p.values == std::vector<float>{0, 0, 1}) return;
+    Bytes pixels;
+    for (std::size_t i = 0; i < p.values.size(); i += 3) {
+        glm::vec3 n(p.values[i], p.values[i + 1], p.values[i + 2]);
+        const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+        if (largest > 1) n = glm::normalize(n); // a scale above 1 was folded in
+        for (int c = 0; c < 3; ++c) pixels.push_back(code(n[c] * 0.5f + 0.5f));
+    }
+    setTexture(json_, "normalTexture", p.name, p, pixels, 3);
+    json_["normalTexture"].erase("scale");
+}
+
+} // namespace
+
+void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
+                    ExportFolder& folder) {
+    MaterialExporter exporter(root, source, scene, index, folder);
+    if (changed.contains(SlotKind::BaseColor)) exporter.baseColor();
+    if (changed.contains(SlotKind::Roughness) || changed.contains(SlotKind::Metallic)) exporter.metallicRoughness();
+    if (changed.contains(SlotKind::Specular)) exporter.specular();
+    if (changed.contains(SlotKind::Emission)) exporter.emission();
+    if (changed.contains(SlotKind::Normal)) exporter.normal();
+}
+
+} // namespace cmpg

@@ -1,0 +1,196 @@
+// Writes a Mitsuba scene back with changed parameters: the tree as it was read, variables replaced and included files in place.
+#include "base/error.h"
+#include "scene/export_folder.h"
+#include "scene/mitsuba/load.h"
+#include "scene/mitsuba/mitsuba.h"
+#include "scene/parameter_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+#include <pugixml.hpp>
+#include <sstream>
+
+namespace cmpg {
+namespace fs = std::filesystem;
+namespace {
+
+std::string listOf(std::span<const float> values) {
+    std::string text;
+    for (const float v : values) {
+        char number[32];
+        std::snprintf(number, sizeof number, "%.9g", double(v));
+        text += (text.empty() ? "" : ", ") + std::string(number);
+    }
+    return text;
+}
+
+void addProperty(pugi::xml_node parent, const char* tag, const char* name, const std::string& value) {
+    pugi::xml_node node = parent.append_child(tag);
+    if (*name)
+        node.append_attribute("name") = name;
+    node.append_attribute("value") = value.c_str();
+}
+
+class Exporter {
+  public:
+    Exporter(const Scene& scene, const MitsubaLoad& source, const std::vector<std::uint32_t>& changed, ExportFolder& folder);
+    pugi::xml_document run();
+
+  private:
+    void write(pugi::xml_node parent, const MitsubaElement& element);
+    void copyFile(const MitsubaElement& filename);
+    void writeValue(pugi::xml_node parent, const MitsubaElement* old, const std::string& property, const Parameter& parameter);
+    void writeEnvironment(pugi::xml_node parent, const MitsubaElement* old);
+
+    const Scene& scene_;
+    const MitsubaLoad& source_;
+    ExportFolder& folder_;
+    std::map<const MitsubaElement*, std::map<std::string, std::uint32_t>> changed_; // by owner: parameters by property
+    bool environment_ = false;                                                      // is written anew
+};
+
+Exporter::Exporter(const Scene& scene, const MitsubaLoad& source, const std::vector<std::uint32_t>& changed, ExportFolder& folder)
+    : scene_(scene), source_(source), folder_(folder), environment_(scene.environment && scene.environment->replaced) {
+    for (const std::uint32_t index : changed) {
+        if (scene.environment && index == scene.environment->parameter)
+            environment_ = true;
+        else if (const auto origin = source.origins.find(scene.parameters.at(index).name); origin != source.origins.end())
+            changed_[origin->second.owner][origin->second.property] = index;
+    }
+}
+
+void Exporter::copyFile(const MitsubaElement& filename) {
+    const std::string* relative = filename.attribute("value");
+    if (!relative)
+        return;
+    const fs::path file = source_.document.path(filename, *relative);
+    if (fileExists(file))
+        folder_.copy(file, fs::path(*relative).lexically_normal());
+}
+
+// As the property's value; a texture keeps what it is looked up by.
+void Exporter::writeValue(pugi::xml_node parent, const MitsubaElement* old, const std::string& property, const Parameter& parameter) {
+    const std::vector<float> values = valuesOf(parameter);
+    if (!parameter.textured) {
+        addProperty(parent, parameter.channels == 1 ? "float" : "rgb", property.c_str(), listOf(values));
+        return;
+    }
+    const bool bright = parameter.highest() > 1, scalar = parameter.channels == 1;
+    pugi::xml_node texture = parent.append_child("texture");
+    texture.append_attribute("type") = "bitmap";
+    texture.append_attribute("name") = property.c_str();
+    const std::string stem = "textures/" + fileName(parameter.name);
+    std::string file;
+    if (bright) {
+        file = folder_.add(stem, ".exr", encodeExr(imageOf(parameter)));
+    } else {
+        Bytes pixels;
+        for (const float v : values)
+            pixels.push_back(std::uint8_t(std::lround((scalar ? v : srgbEncode(v)) * 255)));
+        file = folder_.add(stem, ".png", encodePng(pixels, int(parameter.width), int(parameter.height), int(parameter.channels)));
+    }
+    addProperty(texture, "string", "filename", file);
+    addProperty(texture, "boolean", "raw", scalar || bright ? "true" : "false");
+    addProperty(texture, "string", "filter_type", parameter.nearest ? "nearest" : "bilinear");
+    addProperty(texture, "string", "wrap_mode", parameter.wrapU == Wrap::Clamp ? "clamp" : parameter.wrapU == Wrap::Mirror ? "mirror" : "repeat");
+    const MitsubaElement* from = old ? &source_.document.resolve(*old) : nullptr;
+    if (from)
+        for (const MitsubaElement* child : from->children)
+            if (child->name == "to_uv")
+                write(texture, *child);
+}
+
+void Exporter::writeEnvironment(pugi::xml_node parent, const MitsubaElement* old) {
+    const Environment& environment = *scene_.environment;
+    pugi::xml_node node = parent.append_child("emitter");
+    node.append_attribute("type") = "envmap";
+    if (old && !old->id.empty())
+        node.append_attribute("id") = old->id.c_str();
+    Image picture = imageOf(scene_.parameters[environment.parameter]);
+    constexpr int kFewest = 4; // columns that Mitsuba wants
+    if (picture.width == 1) {
+        Image wide(kFewest, picture.height, 3);
+        for (std::size_t i = 0; i < wide.pixels(); ++i)
+            std::copy_n(picture.values.begin() + std::ptrdiff_t(i / kFewest * 3), 3, wide.values.begin() + std::ptrdiff_t(i * 3));
+        picture = std::move(wide);
+    }
+    addProperty(node, "string", "filename", folder_.add("environment", ".exr", encodeExr(picture)));
+    if (!environment.replaced && old) { // as it stood
+        for (const MitsubaElement* child : old->children)
+            if (child->name == "to_world")
+                write(node, *child);
+    } else {
+        pugi::xml_node turn = node.append_child("transform");
+        turn.append_attribute("name") = "to_world";
+        pugi::xml_node rotate = turn.append_child("rotate");
+        rotate.append_attribute("y") = "1";
+        rotate.append_attribute("angle") = glm::degrees(double(environment.rotation));
+    }
+}
+
+void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
+    if (element.tag == "emitter" && environment_ && (element.type == "envmap" || element.type == "constant")) {
+        if (!scene_.environment->replaced)
+            writeEnvironment(parent, &element);
+        return;
+    }
+    pugi::xml_node node = parent.append_child(element.tag.c_str());
+    for (const auto& [key, value] : {std::pair("type", element.type), std::pair("id", element.id), std::pair("name", element.name)})
+        if (!value.empty())
+            node.append_attribute(key) = value.c_str();
+    for (const auto& [key, value] : element.attributes)
+        node.append_attribute(key.c_str()) = value.c_str();
+    if (element.tag == "string" && element.name == "filename")
+        copyFile(element);
+    const auto found = changed_.find(&element);
+    std::set<std::string> written;
+    for (const MitsubaElement* child : element.children) {
+        if (found != changed_.end())
+            if (const auto value = found->second.find(child->name); value != found->second.end()) {
+                writeValue(node, child, value->first, scene_.parameters[value->second]);
+                written.insert(value->first);
+                continue;
+            }
+        write(node, *child);
+    }
+    if (found == changed_.end())
+        return;
+    for (const auto& [property, index] : found->second) // that kept its default in the file
+        if (!written.contains(property))
+            writeValue(node, nullptr, property, scene_.parameters[index]);
+}
+
+pugi::xml_document Exporter::run() {
+    pugi::xml_document out;
+    pugi::xml_node root = out.append_child("scene");
+    root.append_attribute("version") = "3.0.0";
+    for (const MitsubaElement* element : source_.document.contents())
+        write(root, *element);
+    if (environment_ && scene_.environment->replaced)
+        writeEnvironment(root, nullptr);
+    return out;
+}
+
+} // namespace
+
+void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) {
+    const MitsubaDocument document(scene.source, scene.definitions);
+    LoadOptions options;
+    options.definitions = scene.definitions;
+    if (scene.environment && scene.environment->replaced)
+        options.environment.file = scene.source; // the scene's own is not looked at
+    MitsubaLoad source(document, options);
+    orientMitsubaScene(source);
+    loadMitsubaShapes(source); // says which element each parameter came from
+    if (source.scene.parameters.size() > scene.parameters.size())
+        throw Error(ErrorKind::Output, "cannot export " + scene.source, "the scene's file changed since it was loaded", "leave the scene in place during a run");
+    ExportFolder out(folder, kMitsuba.exported);
+    const pugi::xml_document xml = Exporter(scene, source, changed, out).run();
+    std::ostringstream text;
+    xml.save(text, "  ");
+    const std::string bytes = text.str();
+    writeFile(folder / kMitsuba.exported, std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+}
+
+} // namespace cmpg

@@ -1,0 +1,99 @@
+// Reads a Mitsuba scene: the order of the steps, the integrator, and what is said about things left out.
+#include "scene/mitsuba/load.h"
+
+#include "base/error.h"
+#include "scene/mitsuba/mitsuba.h"
+
+#include <algorithm>
+#include <new>
+
+namespace cmpg {
+namespace {
+
+constexpr const char* kExtensions[] = {".xml"};
+
+bool beginsXml(std::span<const std::uint8_t> head) {
+    const auto first = std::find_if(head.begin(), head.end(), [](std::uint8_t c) { return c > ' ' && c < 0x80; }); // after spaces and a byte order mark
+    return first != head.end() && *first == '<';
+}
+
+// What may stand in a scene; each has its own step.
+void checkContents(const MitsubaLoad& load) {
+    for (const MitsubaElement* e : load.document.contents()) {
+        const MitsubaElement& element = load.document.resolve(*e);
+        if (!element.isObject())
+            continue; // properties of the scene itself
+        constexpr const char* kKnown[] = {"integrator", "sensor", "bsdf", "texture", "shape", "emitter", "film", "sampler", "rfilter", "spectrum"};
+        if (std::none_of(std::begin(kKnown), std::end(kKnown), [&](const char* tag) { return element.tag == tag; }))
+            load.document.fail(element, "the element " + element.tag.substr(0, 64) + " is not supported", "participating media and volumes are not rendered",
+                               "leave it out");
+    }
+}
+
+} // namespace
+
+const SceneFormat kMitsuba = {"Mitsuba XML", kExtensions, beginsXml, loadMitsuba, writeMitsuba, "scene.xml"};
+
+void MitsubaLoad::noteUnread(const MitsubaObject& object) {
+    for (const std::string& what : object.unread())
+        ignored.insert(what + " of " + object.type());
+}
+
+std::string MitsubaLoad::nameOf(const MitsubaObject& object, const char* fallback) {
+    return object.id().empty() ? fallback + std::to_string(object.element().line) : object.id();
+}
+
+void loadMitsubaIntegrator(MitsubaLoad& load) {
+    constexpr std::uint32_t kUnlimited = 32, kMost = 1024;
+    for (const MitsubaElement* e : load.document.contents()) {
+        const MitsubaObject integrator(load.document, *e);
+        if (integrator.tag() != "integrator")
+            continue;
+        const std::int64_t depth = integrator.integer("max_depth", integrator.type() == "direct" ? 2 : -1, -1, 1 << 20);
+        load.scene.maxDepth = std::uint32_t(depth);
+        if (depth < 0 || depth > kMost) {
+            load.scene.maxDepth = kUnlimited;
+            load.warn("paths have no limit in the scene; here they end after " + std::to_string(kUnlimited) + " segments");
+        }
+        if (depth == 0)
+            integrator.fail("a max_depth of 0 renders nothing", "", "use 1 for lights that are seen directly");
+        if (integrator.boolean("hide_emitters", false))
+            load.warn("hide_emitters is not supported: the camera sees lights directly");
+        return;
+    }
+}
+
+Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options) try {
+    const MitsubaDocument document(file, options.definitions);
+    MitsubaLoad load(document, options);
+    load.scene.source = file.string();
+    for (const std::string& name : document.unusedDefinitions())
+        load.warn("no variable of the scene is called " + name.substr(0, 64));
+    checkContents(load);
+    orientMitsubaScene(load);
+    loadMitsubaShapes(load);
+    load.geometry.finish(load.scene);
+    loadMitsubaSensors(load);
+    load.ensureCamera();
+    loadMitsubaLights(load);
+    if (options.environment.file.empty())
+        loadMitsubaEnvironment(load);
+    else
+        load.applyOptions();
+    loadMitsubaIntegrator(load);
+    if (!load.oneSided.empty()) {
+        std::string names;
+        for (const std::string& name : load.oneSided)
+            names += (names.empty() ? "" : ", ") + name;
+        load.warn("rendered from both sides, though black from behind in Mitsuba for want of twosided: " + names);
+    }
+    load.summarise();
+    return std::move(load.scene);
+} catch (const std::bad_alloc&) {
+    throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
+                "simplify it, or use a machine with more memory");
+} catch (const std::filesystem::filesystem_error& e) {
+    throw Error(ErrorKind::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
+}
+
+} // namespace cmpg

@@ -1,0 +1,301 @@
+// BSDFs of a Mitsuba scene become materials, their properties parameters by the names that Mitsuba's users write.
+#include "scene/mitsuba/load.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+constexpr const char* kSupported = "diffuse, dielectric, roughdielectric, thindielectric, conductor, roughconductor, plastic, roughplastic, principled, twosided or mask";
+
+// What stands around a BSDF: adapters that are no lobe themselves.
+struct Wrapped {
+    explicit Wrapped(MitsubaObject object) : bsdf(std::move(object)) {}
+
+    MitsubaObject bsdf; // the innermost
+    bool twosided = false;
+    std::optional<MitsubaObject> mask;
+    std::string id; // of the outermost that has one
+};
+
+Wrapped unwrap(MitsubaLoad& load, const MitsubaObject& outermost) {
+    Wrapped w(outermost);
+    for (int depth = 0; depth < 8; ++depth) {
+        if (w.id.empty())
+            w.id = w.bsdf.id();
+        const bool twosided = w.bsdf.type() == "twosided", mask = w.bsdf.type() == "mask";
+        if (!twosided && !mask)
+            return w;
+        const std::vector<MitsubaObject> nested = w.bsdf.objects("bsdf");
+        if (nested.size() != 1)
+            w.bsdf.fail(w.bsdf.title() + " has " + std::to_string(nested.size()) + " materials; one is supported",
+                        nested.size() == 2 ? "front and back differ" : "", "give it one bsdf");
+        if (mask && w.mask)
+            w.bsdf.fail("a mask within a mask is not supported");
+        if (mask)
+            w.mask = w.bsdf;
+        w.twosided |= twosided;
+        const MitsubaObject inner = nested.front();
+        if (twosided)
+            load.noteUnread(w.bsdf);
+        w.bsdf = inner;
+    }
+    outermost.fail("materials are nested too deeply", "", "at most 8 levels are read");
+}
+
+double indexOf(const MitsubaObject& bsdf, const char* name, const char* fallback) {
+    const MitsubaElement* e = bsdf.find(name);
+    if (!e || e->tag == "string") {
+        const std::string text = bsdf.string(name, fallback);
+        const std::optional<double> index = dielectricIndex(text);
+        if (!index)
+            bsdf.document().fail(*e, "no index of refraction is known for \"" + text.substr(0, 64) + "\"", "", "give it as <float>");
+        return *index;
+    }
+    return bsdf.real(name, 0, 0.1, 10);
+}
+
+class MaterialMaker {
+  public:
+    MaterialMaker(MitsubaLoad& load, Material& material) : load_(load), material_(material) {}
+
+    void leaf(const MitsubaObject& bsdf);
+    void mask(const MitsubaObject& mask);
+    // A slot that has no property in Mitsuba, or keeps its default.
+    void constant(SlotKind kind, std::uint32_t channels, glm::vec3 value, const char* property = "") {
+        load_.addSlot(material_, kind, channels, value, property);
+    }
+    void slot(SlotKind kind, std::uint32_t channels, const MitsubaObject& owner, const char* property, glm::vec3 fallback, const std::string& name = {});
+
+  private:
+    void diffuse(const MitsubaObject& bsdf);
+    void dielectric(const MitsubaObject& bsdf, bool rough, bool thin);
+    void conductor(const MitsubaObject& bsdf, bool rough);
+    void plastic(const MitsubaObject& bsdf, bool rough);
+    void principled(const MitsubaObject& bsdf);
+    void roughness(const MitsubaObject& bsdf, bool rough);
+
+    MitsubaLoad& load_;
+    Material& material_;
+};
+
+void MaterialMaker::slot(SlotKind kind, std::uint32_t channels, const MitsubaObject& owner, const char* property, glm::vec3 fallback,
+                         const std::string& name) {
+    const MitsubaElement* e = owner.find(property);
+    const MitsubaElement* target = e ? &load_.document.resolve(*e) : nullptr;
+    const bool emission = kind == SlotKind::Emission;
+    if (target && !target->isObject()) {
+        fallback = glm::vec3(mitsubaColor(load_.document, *target, emission));
+        if (channels == 1 && (fallback.x != fallback.y || fallback.y != fallback.z))
+            load_.document.fail(*target, "the property " + std::string(property) + " must be a number");
+    }
+    Parameter& p = load_.addSlot(material_, kind, channels, fallback, name.empty() ? property : name);
+    if (target && target->isObject()) {
+        if (target->tag != "texture")
+            load_.document.fail(*target, "<" + target->tag + "> is no colour", "", "use rgb, float, or a texture");
+        MitsubaTexture texture = readMitsubaTexture(load_, MitsubaObject(load_.document, *target));
+        if (channels == 1)
+            texture = scalarTexture(std::move(texture));
+        load_.fillTexels(p, texture.image, texture.address, {.srgb = texture.srgb});
+    }
+    load_.origins[p.name] = {&owner.element(), property};
+    const auto index = std::uint32_t(load_.scene.parameters.size() - 1);
+    // As Mitsuba's own list of parameters has it.
+    for (const char* within : {"", "brdf_0.", "nested_bsdf."})
+        if (const std::size_t dot = p.name.rfind('.'); !emission || *within == 0)
+            for (const char* ending : {"", ".value", ".data"})
+                load_.scene.aliases.try_emplace(p.name.substr(0, dot + 1) + within + p.name.substr(dot + 1) + ending, index);
+}
+
+void MaterialMaker::roughness(const MitsubaObject& bsdf, bool rough) {
+    material_.smooth = !rough;
+    if (!rough)
+        return constant(SlotKind::Roughness, 1, glm::vec3(0));
+    material_.microfacets = bsdf.oneOf("distribution", {"beckmann", "ggx"}) == "ggx" ? Microfacets::Ggx : Microfacets::Beckmann;
+    for (const char* direction : {"alpha_u", "alpha_v"})
+        if (const MitsubaElement* e = bsdf.find(direction))
+            load_.document.fail(*e, "anisotropic roughness is not supported", "", "give one alpha for both directions");
+    bsdf.ignore({"sample_visible"});
+    slot(SlotKind::Roughness, 1, bsdf, "alpha", glm::vec3(0.1f));
+}
+
+void MaterialMaker::diffuse(const MitsubaObject& bsdf) {
+    slot(SlotKind::BaseColor, 3, bsdf, "reflectance", glm::vec3(0.5f));
+    constant(SlotKind::Roughness, 1, glm::vec3(1));
+    constant(SlotKind::Metallic, 1, glm::vec3(0));
+    constant(SlotKind::Specular, 1, glm::vec3(0));
+}
+
+void MaterialMaker::dielectric(const MitsubaObject& bsdf, bool rough, bool thin) {
+    material_.model = thin ? SurfaceModel::ThinDielectric : SurfaceModel::Dielectric;
+    material_.ior = float(indexOf(bsdf, "int_ior", "bk7") / indexOf(bsdf, "ext_ior", "air"));
+    slot(SlotKind::BaseColor, 3, bsdf, "specular_transmittance", glm::vec3(1));
+    roughness(bsdf, rough);
+    constant(SlotKind::Metallic, 1, glm::vec3(0));
+    slot(SlotKind::Specular, 3, bsdf, "specular_reflectance", glm::vec3(1));
+}
+
+void MaterialMaker::conductor(const MitsubaObject& bsdf, bool rough) {
+    material_.model = SurfaceModel::Conductor;
+    const bool numbers = bsdf.find("eta") || bsdf.find("k");
+    const std::string name = bsdf.string("material", numbers ? "none" : "Cu");
+    const std::optional<ConductorIndex> known = conductorIndex(name);
+    if (!known)
+        bsdf.document().fail(*bsdf.find("material"), "the metal \"" + name.substr(0, 64) + "\" is not known",
+                             "", "use one of " + conductorNames() + ", or give eta and k as <rgb>");
+    material_.eta = known->eta;
+    material_.k = known->k;
+    const double exterior = bsdf.find("ext_eta") ? indexOf(bsdf, "ext_eta", "air") : 1;
+    const auto index = [&](const char* property, glm::vec3& out) {
+        const MitsubaElement* e = bsdf.find(property);
+        if (!e)
+            return;
+        out = glm::vec3(mitsubaColor(load_.document, *e, false));
+        if (!(out.x >= 0 && out.y >= 0 && out.z >= 0 && out.x <= 100 && out.y <= 100 && out.z <= 100))
+            load_.document.fail(*e, "the property " + std::string(property) + " is outside of [0, 100]");
+    };
+    index("eta", material_.eta);
+    index("k", material_.k);
+    material_.eta /= float(exterior);
+    material_.k /= float(exterior);
+    slot(SlotKind::BaseColor, 3, bsdf, "specular_reflectance", glm::vec3(1));
+    roughness(bsdf, rough);
+    constant(SlotKind::Metallic, 1, glm::vec3(1));
+    constant(SlotKind::Specular, 1, glm::vec3(1));
+}
+
+void MaterialMaker::plastic(const MitsubaObject& bsdf, bool rough) {
+    material_.model = SurfaceModel::Plastic;
+    material_.ior = float(indexOf(bsdf, "int_ior", "polypropylene") / indexOf(bsdf, "ext_ior", "air"));
+    material_.nonlinear = bsdf.boolean("nonlinear", false);
+    slot(SlotKind::BaseColor, 3, bsdf, "diffuse_reflectance", glm::vec3(0.5f));
+    roughness(bsdf, rough);
+    constant(SlotKind::Metallic, 1, glm::vec3(0));
+    slot(SlotKind::Specular, 3, bsdf, "specular_reflectance", glm::vec3(1));
+}
+
+void MaterialMaker::principled(const MitsubaObject& bsdf) {
+    for (const char* lobe : {"anisotropic", "spec_trans", "sheen", "clearcoat", "flatness", "spec_tint"})
+        if (bsdf.find(lobe) && bsdf.real(lobe, 0) != 0)
+            load_.document.fail(*bsdf.find(lobe), "the principled material's " + std::string(lobe) + " is not supported", "there is no lobe for it",
+                                "leave it away");
+    bsdf.ignore({"sheen_tint", "clearcoat_gloss", "diff_trans", "diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"});
+    const double specular = bsdf.real("specular", 0.5, 0, 1);
+    const double f0 = std::sqrt(0.08 * specular);
+    material_.ior = float(bsdf.find("eta") ? bsdf.real("eta", 1.5, 1, 10) : (1 + f0) / (1 - f0));
+    slot(SlotKind::BaseColor, 3, bsdf, "base_color", glm::vec3(0.5f));
+    slot(SlotKind::Roughness, 1, bsdf, "roughness", glm::vec3(0.5f));
+    slot(SlotKind::Metallic, 1, bsdf, "metallic", glm::vec3(0));
+    constant(SlotKind::Specular, 1, glm::vec3(1));
+    const Parameter& metallic = load_.scene.parameters[material_.parameters[std::size_t(SlotKind::Metallic)]];
+    if (metallic.values.size() != 1 || metallic.values[0] < 1)
+        load_.warn(material_.name + ": principled is rendered as glTF's metallic-roughness, whose diffuse part differs a little from Mitsuba's");
+}
+
+void MaterialMaker::leaf(const MitsubaObject& bsdf) {
+    const std::string& type = bsdf.type();
+    if (type == "diffuse")
+        diffuse(bsdf);
+    else if (type == "dielectric" || type == "roughdielectric")
+        dielectric(bsdf, type != "dielectric", false);
+    else if (type == "thindielectric")
+        dielectric(bsdf, false, true);
+    else if (type == "conductor" || type == "roughconductor")
+        conductor(bsdf, type != "conductor");
+    else if (type == "plastic" || type == "roughplastic")
+        plastic(bsdf, type != "plastic");
+    else if (type == "principled")
+        principled(bsdf);
+    else
+        bsdf.fail("the material " + type.substr(0, 64) + " is not supported", "", std::string("use ") + kSupported);
+    load_.noteUnread(bsdf);
+}
+
+void MaterialMaker::mask(const MitsubaObject& mask) {
+    constexpr float kHalf = 0.5f;
+    const MitsubaElement* e = mask.find("opacity");
+    const MitsubaElement* target = e ? &load_.document.resolve(*e) : nullptr;
+    material_.alphaMask = true;
+    material_.alphaCutoff = kHalf;
+    if (!target || !target->isObject()) {
+        const double opacity = target ? mitsubaColor(load_.document, *target, false).x : kHalf;
+        if (opacity > 0 && opacity < 1)
+            mask.fail("partial opacity is not supported", "surfaces are there or not", "use an opacity of 0 or 1, or a texture");
+        material_.alphaFactor = float(opacity);
+        material_.alphaMask = opacity < 1;
+    } else {
+        const MitsubaTexture texture = scalarTexture(readMitsubaTexture(load_, MitsubaObject(load_.document, *target)));
+        RawImage opacity = texture.image; // as an image with alpha
+        const auto twice = [](const auto& from, auto& to, std::uint32_t channels) {
+            for (std::size_t i = 0; i < from.size(); i += channels)
+                to.insert(to.end(), {from[i], from[i]});
+        };
+        opacity.bytes.clear();
+        opacity.values.clear();
+        twice(texture.image.bytes, opacity.bytes, texture.image.channels);
+        twice(texture.image.values, opacity.values, texture.image.channels);
+        opacity.channels = 2;
+        load_.addAlphaTexture(material_, opacity, texture.address);
+        load_.warn(material_.name + ": its mask is rendered as holes where the opacity is below one half");
+    }
+    load_.noteUnread(mask);
+}
+
+} // namespace
+
+std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape) {
+    const std::pair key(bsdf ? &bsdf->element() : nullptr, emitter ? &emitter->element() : nullptr);
+    if (const auto found = made_.find(key); found != made_.end())
+        return found->second;
+    std::optional<Wrapped> wrapped;
+    if (bsdf)
+        wrapped.emplace(unwrap(load_, *bsdf));
+    if (wrapped && wrapped->bsdf.type() == "null" && !emitter)
+        return made_[key] = std::nullopt;
+    if (emitter && emitter->type() != "area")
+        emitter->fail("a shape cannot emit as " + emitter->type() + " does", "", "use an area emitter");
+
+    // Shapes that share a material share its parameters, whatever they emit.
+    std::optional<std::uint32_t> like;
+    if (emitter && wrapped)
+        like = of(bsdf, nullptr, shape);
+    Material material;
+    MaterialMaker maker(load_, material);
+    if (like) {
+        material = load_.scene.materials[*like];
+        material.name = uniqueName(material.name + " of " + shape, load_.materialNames);
+    } else {
+        material.name = uniqueName(!wrapped ? shape : !wrapped->id.empty() ? wrapped->id : shape + ".bsdf", load_.materialNames);
+        if (wrapped && wrapped->bsdf.type() != "null") {
+            maker.leaf(wrapped->bsdf);
+            const bool closed = material.model == SurfaceModel::Dielectric || material.model == SurfaceModel::ThinDielectric;
+            if (!wrapped->twosided && !closed)
+                load_.oneSided.insert(material.name);
+        } else {
+            // What emits is black otherwise, unless it says more.
+            maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter || wrapped ? 0.0f : 0.5f), "reflectance");
+            maker.constant(SlotKind::Roughness, 1, glm::vec3(1));
+            maker.constant(SlotKind::Metallic, 1, glm::vec3(0));
+            maker.constant(SlotKind::Specular, 1, glm::vec3(0));
+        }
+    }
+    if (emitter) {
+        const std::string own = material.name;
+        material.name = emitter->id().empty() ? shape : emitter->id();
+        maker.slot(SlotKind::Emission, 3, *emitter, "radiance", glm::vec3(1), emitter->id().empty() ? "emitter.radiance" : "radiance");
+        material.name = own;
+        emitter->ignore({"sampling_weight"});
+        load_.noteUnread(*emitter);
+    } else {
+        maker.constant(SlotKind::Emission, 3, glm::vec3(0));
+    }
+    if (!like)
+        maker.constant(SlotKind::Normal, 3, glm::vec3(0, 0, 1));
+    if (wrapped && wrapped->mask && !like)
+        maker.mask(*wrapped->mask);
+    load_.scene.materials.push_back(std::move(material));
+    return made_[key] = std::uint32_t(load_.scene.materials.size() - 1);
+}
+
+} // namespace cmpg

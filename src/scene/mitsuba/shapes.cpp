@@ -1,0 +1,180 @@
+// Shapes of a Mitsuba scene: meshes and analytic shapes become triangles in world space.
+#include "base/error.h"
+#include "base/parallel.h"
+#include "scene/mitsuba/load.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace cmpg {
+namespace {
+
+bool isMeshFile(const std::string& type) { return type == "obj"; }
+
+class ShapeLoader {
+  public:
+    explicit ShapeLoader(MitsubaLoad& load) : load_(load), materials_(load) {}
+    void run();
+
+  private:
+    void readMeshes(const std::vector<MitsubaObject>& shapes);
+    void add(const MitsubaObject& shape);
+    const Mesh& meshOf(const MitsubaObject& shape, glm::dmat4& toWorld);
+    void addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, bool flip, bool faceNormals, std::uint32_t material);
+
+    struct MeshFile {
+        Mesh mesh;
+        bool smooth = false; // has normals of its own or computed ones
+    };
+    MitsubaLoad& load_;
+    MitsubaMaterials materials_;
+    std::map<std::pair<std::string, bool>, MeshFile> files_; // by file, and whether shading is smooth
+    std::map<std::string, Mesh> analytic_;
+    std::uint64_t vertices_ = 0;
+};
+
+std::string fileOf(const MitsubaObject& shape) {
+    const std::string file = shape.string("filename", "");
+    if (file.empty())
+        shape.fail("the shape needs a filename");
+    return file;
+}
+
+// All files at once, each once.
+void ShapeLoader::readMeshes(const std::vector<MitsubaObject>& shapes) {
+    struct Job {
+        const MitsubaObject* shape;
+        std::string file;
+        bool smooth;
+        MeshFile* result;
+    };
+    std::vector<Job> jobs;
+    for (const MitsubaObject& shape : shapes) {
+        if (!isMeshFile(shape.type()))
+            continue;
+        const bool smooth = !shape.boolean("face_normals", false);
+        const auto [at, isNew] = files_.try_emplace({fileOf(shape), smooth});
+        if (isNew)
+            jobs.push_back({&shape, at->first.first, smooth, &at->second});
+    }
+    parallelFor(jobs.size(), 1, [&](std::size_t begin, std::size_t) {
+        const Job& job = jobs[begin];
+        const MitsubaElement& at = *job.shape->find("filename");
+        Mesh mesh = readObj(load_.document.read(at, job.file), load_.document.place(at) + ": " + job.file);
+        if (!job.smooth)
+            mesh.normals.clear();
+        else if (mesh.normals.empty())
+            addNormals(mesh);
+        job.result->mesh = std::move(mesh);
+    });
+}
+
+const Mesh& ShapeLoader::meshOf(const MitsubaObject& shape, glm::dmat4& toWorld) {
+    const std::string& type = shape.type();
+    const auto analytic = [&](Mesh (*make)()) -> const Mesh& {
+        const auto found = analytic_.find(type);
+        return found == analytic_.end() ? analytic_.emplace(type, make()).first->second : found->second;
+    };
+    if (isMeshFile(type))
+        return files_.at({fileOf(shape), !shape.boolean("face_normals", false)}).mesh;
+    if (type == "rectangle")
+        return analytic(rectangleMesh);
+    if (type == "cube")
+        return analytic(cubeMesh);
+    if (type == "disk")
+        return analytic(diskMesh);
+    if (type == "sphere") {
+        const glm::dvec3 center = shape.point("center").value_or(glm::dvec3(0));
+        toWorld = toWorld * glm::translate(glm::dmat4(1), center) * glm::scale(glm::dmat4(1), glm::dvec3(shape.real("radius", 1, 0)));
+        return analytic(sphereMesh);
+    }
+    if (type == "cylinder") {
+        const glm::dvec3 p0 = shape.point("p0").value_or(glm::dvec3(0)), p1 = shape.point("p1").value_or(glm::dvec3(0, 0, 1));
+        const glm::dvec3 n = glm::normalize(p1 - p0);
+        if (!std::isfinite(n.x))
+            shape.fail("the cylinder has no length");
+        // The frame about its axis that Mitsuba begins texture coordinates at (Duff et al. 2017).
+        const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a, radius = shape.real("radius", 1, 0);
+        const glm::dvec3 s(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), t(b, sign + n.y * n.y * a, -n.y);
+        toWorld = toWorld * glm::dmat4(glm::dvec4(radius * s, 0), glm::dvec4(radius * t, 0), glm::dvec4(p1 - p0, 0), glm::dvec4(p0, 1));
+        return analytic(cylinderMesh);
+    }
+    shape.fail("the shape " + type + " is not supported",
+               type == "ply" || type == "serialized" ? "meshes are read from Wavefront OBJ" : type == "instance" || type == "shapegroup" ? "instances are not read" : "",
+               type == "ply" || type == "serialized" ? "convert it to .obj" : "use obj, rectangle, cube, disk, sphere or cylinder");
+}
+
+void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, bool flip, bool faceNormals, std::uint32_t material) {
+    const std::uint64_t most = load_.options.maxTriangles;
+    vertices_ += mesh.positions.size() + 1;
+    if (load_.geometry.triangles() + mesh.triangles.size() > most || vertices_ > 3 * most)
+        shape.fail("the shape brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
+                   "the meshes are too detailed, or used too often", "simplify the scene");
+    const bool smooth = !faceNormals && !mesh.normals.empty();
+    load_.geometry.provide({smooth, !mesh.uvs.empty(), false, false, false});
+    const glm::dmat3 linear(toWorld), cofactor = cofactorMatrix(linear);
+    const double sign = (glm::determinant(linear) < 0 ? -1 : 1) * (flip ? -1 : 1);
+    std::uint32_t first = 0;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::dvec3> positions;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        Vertex vertex;
+        vertex.position = glm::dvec3(toWorld * glm::dvec4(mesh.positions[i], 1));
+        if (!fitsFloats(vertex.position))
+            shape.fail("the shape leaves the range of numbers", "its transform scales too much", "check the transform");
+        const glm::vec3 normal = mesh.normals.empty() ? glm::vec3(0) : unitOrZero(sign * (cofactor * glm::dvec3(mesh.normals[i])));
+        if (smooth)
+            vertex.normal = normal;
+        if (!mesh.uvs.empty())
+            vertex.uv0 = mesh.uvs[i];
+        positions.push_back(vertex.position);
+        normals.push_back(normal);
+        const std::uint32_t index = load_.geometry.add(vertex);
+        if (i == 0)
+            first = index;
+    }
+    for (const glm::uvec3& t : mesh.triangles) {
+        // Mitsuba emits to where the vertices' normals point, we to where corners go round counter-clockwise.
+        const glm::dvec3 face = glm::cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x]);
+        const glm::dvec3 mean = glm::dvec3(normals[t.x]) + glm::dvec3(normals[t.y]) + glm::dvec3(normals[t.z]);
+        const bool turn = mesh.normals.empty() ? flip : glm::dot(face, mean) < 0;
+        load_.geometry.add(Triangle{{first + t.x, first + (turn ? t.z : t.y), first + (turn ? t.y : t.z)}, material});
+    }
+}
+
+void ShapeLoader::add(const MitsubaObject& shape) {
+    const std::vector<MitsubaObject> bsdfs = shape.objects("bsdf"), emitters = shape.objects("emitter");
+    if (bsdfs.size() > 1 || emitters.size() > 1)
+        shape.fail("the shape has more than one " + std::string(bsdfs.size() > 1 ? "bsdf" : "emitter"));
+    for (const char* medium : {"interior", "exterior"})
+        if (const MitsubaElement* e = shape.find(medium))
+            load_.document.fail(*e, "participating media are not supported", "", "leave the medium out");
+    glm::dmat4 toWorld = load_.toScene * shape.transform("to_world").value_or(glm::dmat4(1));
+    const bool flip = shape.boolean("flip_normals", false), faceNormals = shape.boolean("face_normals", false);
+    const Mesh& mesh = meshOf(shape, toWorld);
+    if (isMeshFile(shape.type()) && !shape.boolean("flip_tex_coords", true))
+        shape.fail("flip_tex_coords = false is not supported", "", "leave it away");
+    shape.ignore({"silhouette_sampling_weight", "collapse", "max_smooth_angle"});
+    load_.noteUnread(shape);
+    const std::optional<std::uint32_t> material =
+        materials_.of(bsdfs.empty() ? nullptr : &bsdfs[0], emitters.empty() ? nullptr : &emitters[0], load_.nameOf(shape, "shape"));
+    if (material)
+        addMesh(shape, mesh, toWorld, flip, faceNormals, *material);
+}
+
+void ShapeLoader::run() {
+    std::vector<MitsubaObject> shapes;
+    for (const MitsubaElement* e : load_.document.contents())
+        if (load_.document.resolve(*e).tag == "shape")
+            shapes.emplace_back(load_.document, *e);
+    readMeshes(shapes);
+    for (const MitsubaObject& shape : shapes)
+        add(shape);
+}
+
+} // namespace
+
+void loadMitsubaShapes(MitsubaLoad& load) { ShapeLoader(load).run(); }
+
+} // namespace cmpg

@@ -1,0 +1,96 @@
+// Which format a scene file has, and the writing that all formats share.
+#include "scene/scene_file.h"
+
+#include "base/error.h"
+#include "scene/export_folder.h"
+#include "scene/gltf/gltf.h"
+#include "scene/image.h"
+#include "scene/mitsuba/mitsuba.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+
+namespace cmpg {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::array<const SceneFormat*, 2> kFormats = {&kGltf, &kMitsuba};
+
+std::string extensionOf(const fs::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return extension;
+}
+
+const SceneFormat* byExtension(const fs::path& file) {
+    const std::string extension = extensionOf(file);
+    for (const SceneFormat* format : kFormats)
+        for (const char* known : format->extensions)
+            if (extension == known)
+                return format;
+    return nullptr;
+}
+
+// glTF, if nothing says otherwise: it tells what is wrong with the file.
+const SceneFormat& formatOf(const fs::path& file) {
+    if (const SceneFormat* known = byExtension(file))
+        return *known;
+    std::array<std::uint8_t, 256> head{};
+    std::error_code ignored;
+    std::streamsize size = 0;
+    if (fs::is_regular_file(file, ignored)) {
+        std::ifstream stream(file, std::ios::binary);
+        stream.read(reinterpret_cast<char*>(head.data()), head.size());
+        size = stream.gcount();
+    }
+    for (const SceneFormat* format : kFormats)
+        if (format->begins(std::span(head).first(std::size_t(size))))
+            return *format;
+    return *kFormats.front();
+}
+
+void writeExactValues(const Parameter& parameter, const fs::path& folder) {
+    Parameter p = parameter;
+    p.materialise();
+    Image image(int(p.width), int(p.height), int(p.channels));
+    image.values = p.values;
+    writeExr(folder / "parameters" / (fileName(p.name) + ".exr"), image);
+}
+
+} // namespace
+
+std::span<const SceneFormat* const> sceneFormats() { return kFormats; }
+
+bool isSceneName(const fs::path& file) { return byExtension(file) != nullptr; }
+
+std::string sceneExtensions() {
+    std::string list;
+    for (const SceneFormat* format : kFormats)
+        for (const char* extension : format->extensions)
+            list += (list.empty() ? "" : ", ") + std::string(extension);
+    return list;
+}
+
+Scene loadScene(const fs::path& file, const LoadOptions& options) {
+    const SceneFormat& format = formatOf(file);
+    Scene scene = format.load(file, options);
+    scene.format = &format;
+    scene.definitions = options.definitions;
+    return scene;
+}
+
+void exportScene(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) {
+    if (!scene.format)
+        throw Error(ErrorKind::Output, "cannot export a scene that came from no file");
+    std::error_code error;
+    if (fs::equivalent(scene.source, folder / scene.format->exported, error))
+        throw Error(ErrorKind::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
+                    "the output folder is the scene's own", "choose another folder");
+    for (const std::uint32_t index : changed) // first: they are what cannot be had again
+        writeExactValues(scene.parameters.at(index), folder);
+    scene.format->write(scene, changed, folder);
+}
+
+} // namespace cmpg

@@ -1,0 +1,251 @@
+// Scenes in Mitsuba's XML format: what is read, what it is called, and what is refused where.
+#include "gltf_writer.h"
+#include "scene/mitsuba/mesh.h"
+#include "test_images.h"
+
+#include <glm/gtc/constants.hpp>
+
+namespace cmpg::test {
+namespace {
+
+fs::path save(const TempFolder& folder, const std::string& text, const std::string& name = "scene.xml") {
+    std::ofstream(folder / name) << text;
+    return folder / name;
+}
+
+Scene loadText(const TempFolder& folder, const std::string& contents, const LoadOptions& options = {}) {
+    return loadScene(save(folder, "<scene version=\"3.0.0\">\n" + contents + "\n</scene>\n"), options);
+}
+
+const std::string kSquare = "<shape type=\"rectangle\"><bsdf type=\"twosided\" id=\"wall\"><bsdf type=\"diffuse\">"
+                            "<rgb name=\"reflectance\" value=\"0.1, 0.2 0.3\"/></bsdf></bsdf></shape>";
+
+// The message of what loading throws.
+std::string refusal(const TempFolder& folder, const std::string& contents, const LoadOptions& options = {}) {
+    try {
+        loadText(folder, contents, options);
+    } catch (const Error& e) {
+        EXPECT_EQ(e.kind, ErrorKind::Input) << e.what();
+        return std::string(e.what()) + " | " + e.remedy;
+    }
+    return "";
+}
+
+void expectRefused(const TempFolder& folder, const std::string& contents, const std::string& part, int line = 2) {
+    const std::string message = refusal(folder, contents);
+    EXPECT_NE(message.find("scene.xml:" + std::to_string(line) + ": "), std::string::npos) << message;
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+TEST(Mitsuba, NamesParametersAsItsUsersDo) {
+    const TempFolder folder;
+    const Scene s = loadText(folder, kSquare + "<emitter type=\"constant\" id=\"sky\"/>");
+    EXPECT_EQ(find(s, "wall.reflectance").values, (std::vector<float>{0.1f, 0.2f, 0.3f}));
+    for (const char* other : {"wall.reflectance.value", "wall.brdf_0.reflectance.value", "wall.brdf_0.reflectance"})
+        EXPECT_EQ(s.parameter(other), s.parameter("wall.reflectance")) << other;
+    EXPECT_EQ(s.select("wall.brdf_0.reflectance.value").size(), 1u);
+    EXPECT_EQ(s.parameter("sky.radiance.value"), s.environment->parameter);
+    EXPECT_EQ(find(s, "environment.radiance").values, std::vector<float>(6, 1.0f)) << "a row for each pole";
+    EXPECT_EQ(std::string(s.format->exported), "scene.xml");
+}
+
+TEST(Mitsuba, VariablesHaveDefaultsAndAreGivenBesideTheScene) {
+    const TempFolder folder;
+    const std::string scene = "<default name=\"depth\" value=\"3\"/><default name=\"kind\" value=\"path\"/>"
+                              "<integrator type=\"$kind\"><integer name=\"max_depth\" value=\"$depth\"/></integrator>" + kSquare;
+    EXPECT_EQ(loadText(folder, scene).maxDepth, 3u);
+    LoadOptions options;
+    options.definitions = {{"depth", "7"}, {"other", "1"}};
+    const Scene s = loadText(folder, scene, options);
+    EXPECT_EQ(s.maxDepth, 7u);
+    EXPECT_TRUE(warned(s, "no variable of the scene is called other"));
+    expectRefused(folder, "<integrator type=\"path\"><integer name=\"max_depth\" value=\"$depth\"/></integrator>", "$depth");
+}
+
+TEST(Mitsuba, IncludesAndReferences) {
+    const TempFolder folder;
+    save(folder, "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"other\"><float name=\"reflectance\" value=\"$grey\"/></bsdf></scene>", "part.xml");
+    const Scene s = loadText(folder, "<default name=\"grey\" value=\"0.25\"/><include filename=\"part.xml\"/>"
+                                     "<shape type=\"rectangle\"><ref id=\"other\"/></shape><shape type=\"disk\"><ref id=\"other\"/></shape>");
+    EXPECT_EQ(find(s, "other.reflectance").values, std::vector<float>(3, 0.25f));
+    EXPECT_EQ(s.materials.size(), 1u) << "shapes share it";
+    expectRefused(folder, "<shape type=\"rectangle\"><ref id=\"none\"/></shape>", "none");
+    expectRefused(folder, "\n<include filename=\"../part.xml\"/>", "leaves the scene's folder", 3);
+    expectRefused(folder, "<include filename=\"/etc/passwd\"/>", "not a relative path");
+    EXPECT_NE(refusal(folder, "<include filename=\"scene.xml\"/>").find("include each other"), std::string::npos);
+}
+
+TEST(Mitsuba, ShapesThatEmitShareTheirMaterialsParameters) {
+    const TempFolder folder;
+    const Scene s = loadText(folder, kSquare + "<shape type=\"rectangle\" id=\"lamp\"><ref id=\"wall\"/>"
+                                               "<emitter type=\"area\"><rgb name=\"radiance\" value=\"3\"/></emitter></shape>");
+    ASSERT_EQ(s.materials.size(), 2u);
+    EXPECT_EQ(s.materials[0].parameters[0], s.materials[1].parameters[0]);
+    EXPECT_NE(s.materials[0].parameters[4], s.materials[1].parameters[4]);
+    EXPECT_EQ(find(s, "lamp.emitter.radiance").values, std::vector<float>(3, 3.0f));
+    EXPECT_EQ(s.geometry.triangles.size(), 4u);
+}
+
+TEST(Mitsuba, RoundShapesKeepTheirArea) {
+    const auto area = [](const Mesh& mesh) {
+        double sum = 0;
+        for (const glm::uvec3& t : mesh.triangles)
+            sum += 0.5 * glm::length(glm::cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]));
+        return sum;
+    };
+    const double pi = glm::pi<double>();
+    EXPECT_NEAR(area(sphereMesh()), 4 * pi, 1e-9);
+    EXPECT_NEAR(area(diskMesh()), pi, 1e-9);
+    EXPECT_NEAR(area(cylinderMesh()), 2 * pi, 1e-9);
+    EXPECT_NEAR(area(cubeMesh()), 24, 1e-9);
+    for (const glm::dvec3& p : sphereMesh().positions)
+        EXPECT_NEAR(glm::length(p), 1, 2e-3);
+}
+
+// Mitsuba emits to the side of the normals, also where a transform mirrors the shape.
+TEST(Mitsuba, TrianglesFaceWhereNormalsPoint) {
+    const TempFolder folder;
+    for (const char* scale : {"x=\"1\"", "x=\"-1\""})
+        for (const char* shape : {"rectangle", "disk", "sphere", "cylinder", "cube"}) {
+            const Scene s = loadText(folder, "<shape type=\"" + std::string(shape) + "\"><transform name=\"to_world\"><scale " + scale + "/></transform></shape>");
+            const Geometry& g = s.geometry;
+            ASSERT_FALSE(g.triangles.empty());
+            for (const Triangle& t : g.triangles) {
+                const glm::vec3 a = g.positions[t.vertices[0]], b = g.positions[t.vertices[1]], c = g.positions[t.vertices[2]];
+                EXPECT_GT(glm::dot(glm::cross(b - a, c - a), g.normals[t.vertices[0]] + g.normals[t.vertices[1]] + g.normals[t.vertices[2]]), 0) << shape << scale;
+            }
+        }
+}
+
+TEST(Mitsuba, FieldsOfView) {
+    const TempFolder folder;
+    const auto half = [&](const std::string& axis, int width, int height) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\"><float name=\"fov\" value=\"60\"/><string name=\"fov_axis\" value=\"" + axis +
+                                             "\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"" + std::to_string(width) +
+                                             "\"/><integer name=\"height\" value=\"" + std::to_string(height) + "\"/><rfilter type=\"box\"/></film></sensor>");
+        EXPECT_EQ(s.cameras.front().size, glm::uvec2(width, height));
+        return std::tan(double(s.cameras.front().yfov) / 2) / std::tan(glm::radians(30.0));
+    };
+    EXPECT_NEAR(half("y", 200, 100), 1, 1e-6);
+    EXPECT_NEAR(half("x", 200, 100), 0.5, 1e-6);
+    EXPECT_NEAR(half("smaller", 200, 100), 1, 1e-6);
+    EXPECT_NEAR(half("larger", 200, 100), 0.5, 1e-6);
+    EXPECT_NEAR(half("smaller", 100, 200), 2, 1e-6);
+    EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
+}
+
+TEST(Mitsuba, SurfaceModels) {
+    const TempFolder folder;
+    const auto material = [&](const std::string& bsdf) { return loadText(folder, "<shape type=\"rectangle\">" + bsdf + "</shape>").materials[0]; };
+    Material m = material("<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/><string name=\"distribution\" value=\"ggx\"/></bsdf>");
+    EXPECT_EQ(m.model, SurfaceModel::Conductor);
+    EXPECT_EQ(m.microfacets, Microfacets::Ggx);
+    EXPECT_FALSE(m.smooth);
+    EXPECT_NEAR(m.eta.x, 0.143, 1e-3);
+    m = material("<bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1.2\"/></bsdf>");
+    EXPECT_EQ(m.model, SurfaceModel::Dielectric);
+    EXPECT_TRUE(m.smooth);
+    EXPECT_NEAR(m.ior, 1.25, 1e-6);
+    m = material("<bsdf type=\"twosided\"><bsdf type=\"roughplastic\"><boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>");
+    EXPECT_EQ(m.model, SurfaceModel::Plastic);
+    EXPECT_EQ(m.microfacets, Microfacets::Beckmann);
+    EXPECT_TRUE(m.nonlinear);
+    EXPECT_NEAR(m.ior, 1.49 / 1.000277, 1e-6);
+    EXPECT_EQ(material("<bsdf type=\"thindielectric\"/>").model, SurfaceModel::ThinDielectric);
+}
+
+TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
+    const TempFolder folder;
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"hair\"/></shape>", "use diffuse, ");
+    expectRefused(folder, "\n\n<shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/></shape>", "convert it to .obj", 4);
+    expectRefused(folder, "<shape type=\"teapot\"/>", "use obj, ");
+    expectRefused(folder, "<emitter type=\"sunsky\"/>", "use area, point");
+    expectRefused(folder, "<sensor type=\"fisheye\"/>", "use perspective");
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"marble\" name=\"reflectance\"/></bsdf></shape>", "use bitmap");
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"a\"/></bsdf></shape>", "which is not");
+    expectRefused(folder, "<shape type=\"sphere\"><float name=\"radius\" value=\"1e99\"/></shape>", "which is not");
+    expectRefused(folder, "<shape type=\"obj\"><string name=\"filename\" value=\"none.obj\"/></shape>", "No such file");
+    expectRefused(folder, "<medium type=\"homogeneous\"/>", "medium");
+    expectRefused(folder, "<shape>", "XML", 3);
+    EXPECT_TRUE(warned(loadText(folder, "<shape type=\"rectangle\"><float name=\"fuzz\" value=\"1\"/></shape>"), "fuzz ("));
+}
+
+TEST(Mitsuba, LimitsHold) {
+    const TempFolder folder;
+    std::string deep;
+    for (int i = 0; i < 100000; ++i)
+        deep += "<x>";
+    EXPECT_NE(refusal(folder, deep), "");
+    LoadOptions few;
+    few.maxTriangles = 100;
+    EXPECT_NE(refusal(folder, "<shape type=\"sphere\"/>", few).find("more than 100 triangles"), std::string::npos);
+    std::string doubling = "<default name=\"a\" value=\"xx\"/>";
+    for (char c = 'a'; c < 'z'; ++c)
+        doubling += "<default name=\"" + std::string(1, char(c + 1)) + "\" value=\"$" + c + "$" + c + "\"/>";
+    EXPECT_NE(refusal(folder, doubling).find("too long"), std::string::npos);
+}
+
+TEST(Mitsuba, ObjFiles) {
+    const auto read = [](const std::string& text) { return readObj(Bytes(text.begin(), text.end()), "mesh.obj"); };
+    const Mesh quad = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0.25\nf 1/1 2/1 3/1 4/1\n");
+    EXPECT_EQ(quad.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}));
+    EXPECT_EQ(quad.uvs[0], glm::vec2(0, 0.75)) << "OBJ counts from the bottom";
+    EXPECT_TRUE(quad.normals.empty());
+    Mesh smooth = quad;
+    addNormals(smooth);
+    EXPECT_EQ(smooth.normals[2], glm::vec3(0, 0, 1));
+    EXPECT_THROW(read("v 0 0 0\nf 1 2 3\n"), Error);
+    EXPECT_TRUE(read("").triangles.empty());
+    std::string polygon = "v 0 0 0\nf";
+    for (int i = 0; i < 300; ++i)
+        polygon += " 1";
+    EXPECT_THROW(read(polygon + "\n"), Error);
+}
+
+TEST(Mitsuba, ExportLoadsBack) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const std::string scene = "<default name=\"grey\" value=\"0.3\"/>" + kSquare +
+                              "<shape type=\"disk\" id=\"lamp\"><emitter type=\"area\"/><bsdf type=\"roughplastic\" id=\"shiny\">"
+                              "<texture type=\"bitmap\" name=\"diffuse_reflectance\"><string name=\"filename\" value=\"picture.png\"/>"
+                              "<string name=\"filter_type\" value=\"nearest\"/><transform name=\"to_uv\"><scale x=\"2\"/></transform></texture></bsdf></shape>"
+                              "<shape type=\"rectangle\" id=\"plain\"><bsdf type=\"diffuse\"><float name=\"reflectance\" value=\"$grey\"/></bsdf></shape>"
+                              "<emitter type=\"constant\" id=\"sky\"/>";
+    LoadOptions options;
+    options.definitions = {{"grey", "0.4"}};
+    Scene s = loadText(folder, scene, options);
+    std::vector<std::uint32_t> changed;
+    const auto change = [&](const std::string& name, float value) {
+        Parameter& p = s.parameters[s.parameter(name)];
+        p.materialise();
+        std::fill(p.values.begin(), p.values.end(), value);
+        changed.push_back(s.parameter(name));
+    };
+    change("wall.reflectance", 0.75f);
+    change("lamp.emitter.radiance", 5);
+    change("shiny.diffuse_reflectance", 0.5f);
+    change("shiny.alpha", 0.25f);
+    change("environment.radiance", 2);
+    exportScene(s, changed, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    ASSERT_EQ(again.parameters.size(), s.parameters.size());
+    for (std::uint32_t i = 0; i < s.parameters.size(); ++i) {
+        Parameter was = s.parameters[i], is = again.parameters[i];
+        was.materialise();
+        is.materialise();
+        EXPECT_EQ(is.name, was.name);
+        EXPECT_EQ(is.nearest, was.nearest) << is.name;
+        EXPECT_EQ(is.uvTransform, was.uvTransform) << is.name;
+        if (is.name == "environment.radiance") // as a picture
+            EXPECT_EQ(is.values, std::vector<float>(4 * 2 * 3, 2.0f));
+        else
+            for (std::size_t k = 0; k < was.values.size(); ++k)
+                EXPECT_NEAR(is.values.at(k), was.values[k], 0.005) << is.name;
+    }
+    EXPECT_EQ(find(again, "plain.bsdf.reflectance").values[0], 0.4f) << "what --define gave is in it";
+    EXPECT_TRUE(fs::exists(folder / "out/parameters/shiny.diffuse_reflectance.exr"));
+    EXPECT_THROW(exportScene(s, {}, fs::path(s.source).parent_path()), Error);
+}
+
+} // namespace
+} // namespace cmpg::test

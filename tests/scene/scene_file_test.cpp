@@ -1,0 +1,62 @@
+// What all formats of scene files have in common: how a format is found, and the environment that is given beside the file.
+#include "gltf_writer.h"
+#include "scene/image.h"
+#include "test_images.h"
+
+#include <numbers>
+
+namespace cmpg::test {
+namespace {
+
+TEST(SceneFile, FormatFollowsFromExtensionThenContent) {
+    EXPECT_TRUE(isSceneName("a/room.gltf"));
+    EXPECT_TRUE(isSceneName("ROOM.GLB"));
+    EXPECT_FALSE(isSceneName("room.exr"));
+    const TempFolder folder;
+    const fs::path scene = oneTriangle().write(folder), renamed = folder / "scene.txt";
+    fs::copy_file(scene, renamed);
+    EXPECT_EQ(loadScene(renamed).geometry.triangles.size(), 1u);
+    EXPECT_EQ(std::string(loadScene(renamed).format->exported), "scene.gltf");
+}
+
+TEST(SceneFile, EnvironmentIsAdded) {
+    const TempFolder folder;
+    const fs::path scene = oneTriangle().write(folder), sky = folder / "sky.exr";
+    saveExr(sky, 2, 2, "RGB", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+    EXPECT_FALSE(loadScene(scene).environment);
+    EXPECT_TRUE(warned(loadScene(scene), "no light at all"));
+
+    LoadOptions options;
+    options.environment = {sky, 0.25f};
+    const Scene s = loadScene(scene, options);
+    ASSERT_TRUE(s.environment);
+    EXPECT_EQ(s.environment->rotation, 0.25f);
+    EXPECT_EQ(find(s, "environment.radiance").values, (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+    EXPECT_FALSE(warned(s, "no light at all"));
+
+    // It is part of the scene that is written, though the source lacks it.
+    exportScene(s, {}, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.gltf");
+    ASSERT_TRUE(again.environment);
+    EXPECT_EQ(again.environment->rotation, 0.25f);
+    EXPECT_EQ(find(again, "environment.radiance").values, find(s, "environment.radiance").values);
+    EXPECT_EQ(again.geometry.triangles.size(), 1u);
+}
+
+TEST(SceneFile, EnvironmentReplacesTheScenesOwn) {
+    const TempFolder folder;
+    GltfWriter w = oneTriangle();
+    w.json["scenes"][0]["extras"] = {{"environment", {{"uri", "missing.exr"}, {"intensity", 2}, {"rotation", 0.5}}}};
+    const fs::path scene = w.write(folder), sky = folder / "sky.exr";
+    saveExr(sky, 1, 2, "RGB", {1, 2, 3, 4, 5, 6});
+    LoadOptions options;
+    options.environment = {sky, 0};
+    const Scene s = loadScene(scene, options); // the picture that it names need not be there
+    EXPECT_EQ(s.environment->rotation, 0.0f);
+    EXPECT_EQ(find(s, "environment.radiance").values, (std::vector<float>{1, 2, 3, 4, 5, 6}));
+    options.environment.file = folder / "none.exr";
+    EXPECT_THROW(loadScene(scene, options), Error);
+}
+
+} // namespace
+} // namespace cmpg::test
