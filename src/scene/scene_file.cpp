@@ -73,12 +73,17 @@ std::string sceneExtensions() {
     return list;
 }
 
-Scene loadScene(const fs::path& file, const LoadOptions& options) {
+Scene loadScene(const fs::path& file, const LoadOptions& options) try {
     const SceneFormat& format = formatOf(file);
     Scene scene = format.load(file, options);
     scene.format = &format;
     scene.definitions = options.definitions;
     return scene;
+} catch (const std::bad_alloc&) {
+    throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
+                "simplify it, or use a machine with more memory");
+} catch (const fs::filesystem_error& e) {
+    throw Error(ErrorKind::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
 }
 
 void exportScene(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) {

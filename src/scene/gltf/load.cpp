@@ -114,7 +114,7 @@ std::vector<NodeInstance> walkNodes(const GltfLoad& load) {
     return found;
 }
 
-Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) try {
+Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) {
     const GltfDocument document(file);
     GltfLoad load(document, options);
     load.scene.source = file.string();
@@ -131,11 +131,6 @@ Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) tr
     if (load.shown) load.scene.maxDepth = std::uint32_t(number(member(load.shown->extras, "maxDepth"), load.scene.maxDepth));
     summarise(load);
     return std::move(load.scene);
-} catch (const std::bad_alloc&) {
-    throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
-                "simplify it, or use a machine with more memory");
-} catch (const std::filesystem::filesystem_error& e) {
-    throw Error(ErrorKind::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
 }
 
 } // namespace cmpg

@@ -63,7 +63,7 @@ void loadMitsubaIntegrator(MitsubaLoad& load) {
     }
 }
 
-Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options) try {
+Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options) {
     const MitsubaDocument document(file, options.definitions);
     MitsubaLoad load(document, options);
     load.scene.source = file.string();
@@ -89,11 +89,6 @@ Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options)
     }
     load.summarise();
     return std::move(load.scene);
-} catch (const std::bad_alloc&) {
-    throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",
-                "simplify it, or use a machine with more memory");
-} catch (const std::filesystem::filesystem_error& e) {
-    throw Error(ErrorKind::Input, file.string() + ": " + e.what(), "a file of the scene cannot be reached", "check paths and permissions");
 }
 
 } // namespace cmpg
