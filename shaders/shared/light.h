@@ -19,7 +19,7 @@ struct GpuLight {
     vec3 position; // emissive triangles: the first corner
     float range; // 0 = unlimited. Directional lights and the environment: 1 / area of a disc as wide as the scene. Emissive triangles: normal.x
     vec3 direction; // the light travels along it. Emissive triangles: from the first to the second corner
-    float innerCos; // spots. The environment: 1 / power of all lights. Emissive triangles: normal.y
+    float innerCos; // spots. Emissive triangles: normal.y
     vec3 intensity; // emissive triangles: from the first to the third corner
     float outerCos; // spots. Emissive triangles: normal.z
 };

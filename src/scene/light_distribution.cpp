@@ -186,7 +186,6 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
         gpu::GpuLight& environment = result.lights.back();
         result.environmentProbability = environment.probability;
         environment.range = float(1 / disc);
-        environment.innerCos = float(double(environment.probability) / powers.back());
     }
     if (!emissive.empty()) {
         result.triangleDensity.assign(bvh.order.size(), 0.0f);
