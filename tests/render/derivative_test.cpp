@@ -34,16 +34,7 @@ TEST_P(SlotDerivative, FrozenFiniteDifferencesPerPixel) {
     const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
 
     const float h = 2e-3f;
-    const auto shifted = [&](float step) {
-        for (std::size_t i = 0; i < directions.size(); ++i) {
-            const std::uint32_t p = s.config.differentiable[i];
-            std::vector<float> values = s.scene.parameters[p].values;
-            for (std::size_t k = 0; k < values.size(); ++k)
-                values[k] += step * directions[i][k];
-            s.renderer->setSecondValues(p, values);
-        }
-        return s.renderer->render(view, 16, key);
-    };
+    const auto shifted = [&](float step) { return frozenImage(s, view, key, directions, step); };
     // Richardson's combination of two step sizes leaves an error of the fourth order.
     const Image plus = shifted(h), minus = shifted(-h), plus2 = shifted(2 * h), minus2 = shifted(-2 * h);
     double difference = 0, norm = 0;

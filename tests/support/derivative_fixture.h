@@ -17,6 +17,18 @@ inline std::vector<std::vector<float>> randomDirections(const Bench& s, std::uin
     return v;
 }
 
+// The image at `step` along the directions, with directions, lights and densities as they are drawn without: of a bench with frozenEvaluation.
+inline Image frozenImage(const Bench& s, const View& view, const PassKey& key, const std::vector<std::vector<float>>& directions, float step) {
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const std::uint32_t p = s.config.differentiable[i];
+        std::vector<float> values = s.scene.parameters[p].values;
+        for (std::size_t k = 0; k < values.size(); ++k)
+            values[k] += step * directions[i][k];
+        s.renderer->setSecondValues(p, values);
+    }
+    return s.renderer->render(view, 16, key);
+}
+
 // <Jv, w> = <v, J^T w> with the same random numbers: both modes contract the same samples, only rounding differs.
 inline void expectForwardAgreesWithReverse(const Bench& s) {
     const View view = viewOf(s.scene, 24, 24);
