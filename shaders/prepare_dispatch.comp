@@ -14,6 +14,7 @@ void main() {
     const uint next = counts[push.bounce + 1].rays;
     counts[push.bounce].shadowGroups = groupCounts(counts[push.bounce].shadowRays, kTraceChunk);
     counts[push.bounce + 1].rayGroups = groupCounts(next, kTraceChunk);
+    counts[push.bounce + 1].sortGroups = counts[push.bounce + 1].rayGroups;
     counts[push.bounce + 1].arrivalGroups = groupCounts(next, kVertexGroup);
     counts[push.bounce + 1].vertexGroups = counts[push.bounce + 1].arrivalGroups;
 }

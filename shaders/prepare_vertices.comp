@@ -13,4 +13,5 @@ void main() {
     if (push.count == 0) return;
     if (counts[0].overflow != 0) counts[push.bounce].vertices = 0;
     counts[push.bounce].vertexGroups = groupCounts(counts[push.bounce].vertices, kVertexGroup);
+    counts[push.bounce].sortGroups = groupCounts(counts[push.bounce].vertices, kTraceChunk);
 }

@@ -1,4 +1,4 @@
-// One vertex of every path: emission found, one light sample, one drawn direction; leaves the local factors on the tape.
+// The vertices of one class of surfaces: emission found, one light sample, one drawn direction; leaves the local factors on the tape.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -11,6 +11,7 @@
 #define CMPG_READ_PREFIXES
 #define CMPG_READ_COPIES
 #define CMPG_READ_PATHS
+#define CMPG_READ_SORTED
 #include "scene/queues.glsl"
 #include "shared/film.h"
 #include "lib/physics.glsl"
@@ -36,6 +37,7 @@ layout(binding = kBindNextPrefixes, scalar) writeonly buffer NextPrefixes { uvec
 layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
 layout(binding = kBindLayers, scalar) writeonly buffer Layers { LayerSample layers[]; };
 layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statistics[]; };
+#include "scene/vertex.glsl"
 #include "scene/tape_write.glsl"
 
 // One atomic a subgroup; places are handed out in any order, results do not depend on it.
@@ -82,67 +84,6 @@ float survival(vec3 weight, float scale) {
     return clamp(kDielectric ? largest / scale : largest, kLeastSurvival, 1.0);
 }
 
-bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
-
-// Drops what is not a number, and says so in the statistics.
-vec3 keepFinite(vec3 v, uint counter) {
-    if (isFinite(v)) return v;
-    atomicAdd(statistics[counter], 1);
-    return vec3(0);
-}
-
-// MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`. Single directions are no
-// light sample's.
-float foundWeight(float drawn, float light) {
-    if (kSmoothLobes && drawn == kSingleDirection) return 1.0;
-    return push.bounce == 0 ? 1.0 : misWeight(drawn, light);
-}
-
-Prefix loadPrefix(uint ray, Copy copy) {
-    Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
-    if (kDerivatives && kPrefix && push.bounce > 0) prefix = readPrefix(ray);
-    if (kRoulette) {
-        prefix.throughput *= copy.weight;
-        prefix.tangent *= copy.weight;
-        if (copy.index > 0) prefix.branch = copyBranch(prefix.branch, push.bounce, copy.index);
-        prefix.copies = copy.copies;
-    }
-    return prefix;
-}
-
-// The same local factors under the second set of values, for directions and lights drawn by the first.
-struct SecondFactors {
-    vec3 emission, direct, weight;
-};
-
-void tapeSecond(uint slot, SecondFactors s) {
-    tapePut3(slot, kPlaneSecond, s.emission);
-    tapePut3(slot, kPlaneSecond + 3, s.direct);
-    tapePut3(slot, kPlaneSecond + 6, s.weight);
-}
-
-void shadeEscaped(uint slot, Ray ray) {
-    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
-    vec2 uv = vec2(0);
-    float weight = 0.0;
-    SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
-    if (kEnvironment && scene.environment.width > 0) {
-        const vec3 local = toEnvironment(scene.environment, ray.direction);
-        uv = environmentUv(local);
-        weight = 1.0;
-        if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, local, uv));
-        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
-        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
-    }
-    if (kDifference) tapeSecond(slot, second);
-    if (kDerivatives) {
-        tapeSurface(slot, kNone, uv, vec2(0));
-        if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
-    }
-    WRITE_VERTEX(vertices, slot, v)
-    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
-}
-
 // The light sample of a vertex: N_i, that of the second set of values, and derivatives. Returns whether its visibility matters.
 bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, SurfaceMaterial second, bool differentiated, GuidePoint g, vec3 wo,
                   vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
@@ -184,19 +125,15 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
 }
 
 void main() {
-    const uint slot = globalIndex();
-    if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
+    const uint index = globalIndex();
+    if (push.count == 0 || index >= counts[push.bounce].classes[kClass]) return;
+    const uint slot = sortedVertex(kClass * push.count + index);
     Copy copy = Copy(slot, 0, 1.0, 1);
     if (kRoulette) copy = readCopy(slot);
     const Ray ray = readRay(copy.ray);
     const Hit hit = readHit(copy.ray);
     const Prefix prefix = loadPrefix(copy.ray, copy);
     if (kReverse) tapePut3(slot, kPlaneThroughput, prefix.throughput);
-    if (hit.t < 0.0) {
-        if (kRecord) visits[slot] = GuideVisit(kNone, kNone);
-        shadeEscaped(slot, ray);
-        return;
-    }
     const SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
     SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
     SurfaceMaterial value = sampling;

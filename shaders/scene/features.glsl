@@ -31,6 +31,11 @@ layout(constant_id = kFeatureFewLights) const uint kFewLights = 0;
 layout(constant_id = kFeatureModels) const uint kModels = 1u << kModelMetallicRoughness;
 layout(constant_id = kFeatureSigned) const bool kSigned = false;
 layout(constant_id = kFeatureSpotsByAngle) const bool kSpotsByAngle = true;
+layout(constant_id = kFeatureAttributeTexels) const uint kAttributeTexels = 2;
+layout(constant_id = kFeatureClass) const uint kClass = 0;
+layout(constant_id = kFeatureClassDifferentiated) const uint kClassDifferentiated = 1;
+layout(constant_id = kFeatureClasses) const uint kClasses = 0;
+layout(constant_id = kFeatureSingleDirections) const bool kSingleDirections = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
@@ -70,4 +75,5 @@ const bool kDiffLight = (kTapedSlots & kSlotMaskLight) != 0; // a light sample's
 const bool kGuideLookup = kGuided || kRecord; // vertices find their cell
 const bool kPrefix = kReverse || kGuideLookup; // what a path has collected so far travels with it, in derivative modes
 const bool kPrefixTangent = kGuideLookup || kRoulette; // so does a bound on its derivative
-const bool kDiffSurface = (kTapedSlots & ~kSlotMaskLight) != 0;
+const uint kSlotMaskSurface = ~kSlotMaskLight * kClassDifferentiated;
+const bool kDiffSurface = (kTapedSlots & kSlotMaskSurface) != 0;

@@ -12,8 +12,6 @@ struct SurfacePoint {
     float magnitude; // largest absolute coordinate of the triangle: the scale of rounding errors
 };
 
-const uint kAttributeTexels = 1 + (kTextures ? 1 : 0) + (kTangents ? 1 : 0) + (kColors ? 1 : 0);
-
 SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     const vec4 t0 = triangleTexel(3 * triangle), t1 = triangleTexel(3 * triangle + 1), t2 = triangleTexel(3 * triangle + 2);
     const vec3 v0 = t0.xyz, e1 = t1.xyz, e2 = t2.xyz;

@@ -1,6 +1,6 @@
 // What kernels leave for the next: rays, where they ended, what their paths have collected. Read in texels (lib/read_buffers.glsl).
 // A kernel says which it reads, because it must not declare what it writes: CMPG_READ_RAYS, _HITS, _SHADOW_RAYS, _PREFIXES, _COPIES,
-// _VERTICES, _PATHS, _ADJOINTS.
+// _VERTICES, _PATHS, _ADJOINTS, _SORTED.
 // Written in texels as well, by macros whose buffer is an array of uvec4: a store of 16 bytes costs CPU drivers less than those of its members.
 #include "shared/bindings.h"
 #include "shared/wavefront.h"
@@ -69,6 +69,10 @@ Copy readCopy(uint i) {
     const uvec4 a = copyTexel(i);
     return Copy(a.x, a.y, uintBitsToFloat(a.z), a.w);
 }
+#endif
+
+#ifdef CMPG_READ_SORTED
+QUEUE_UINT(sortedVertex, kBindSorted)
 #endif
 
 #ifdef CMPG_READ_PATHS

@@ -1,5 +1,5 @@
 // Derivatives of one scattering decision with respect to the values its slots hold at this point, and their record on the tape.
-// Expects tape[] and push.
+// Expects what scene/vertex.glsl expects.
 
 struct SlotDerivatives {
     vec3 baseColor; // of each channel with respect to the same channel
@@ -71,24 +71,6 @@ vec3 scattered(SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single) {
     BsdfDerivatives unused; // the compiler drops what computes them
     if (kSmoothLobes && single) return singleCosDerivatives(m.surface, drawnBy, wo, wi, unused);
     return bsdfCos(m.surface, m.normal, wo, wi);
-}
-
-void tapePut(uint slot, uint plane, float value) { tape[plane * push.count + slot] = floatBitsToUint(value); }
-
-void tapePut3(uint slot, uint plane, vec3 value) {
-    tapePut(slot, plane, value.x);
-    tapePut(slot, plane + 1, value.y);
-    tapePut(slot, plane + 2, value.z);
-}
-
-void tapeSurface(uint slot, uint material, vec2 uv0, vec2 uv1) {
-    tape[kPlaneMaterial * push.count + slot] = material;
-    tapePut(slot, kPlaneUv0, uv0.x);
-    tapePut(slot, kPlaneUv0 + 1, uv0.y);
-    if (kTexcoord1) {
-        tapePut(slot, kPlaneUv1, uv1.x);
-        tapePut(slot, kPlaneUv1 + 1, uv1.y);
-    }
 }
 
 // part 0: the drawn direction, dw_i; part 1: the light sample, dN_i before visibility.

@@ -66,6 +66,8 @@ CMPG_CONST kBindArrivals = 49; // Arrival a ray, roulette only
 CMPG_CONST kBindNextArrivals = 50;
 CMPG_CONST kBindCopies = 51; // Copy a vertex, roulette only
 
+CMPG_CONST kBindSorted = 59; // uint a vertex: those of a class, from class * capacity on
+
 // The self-test of a device: texels of each format that kernels read, and what it leaves.
 CMPG_CONST kBindTestNodes = 52; // uvec4 a node: first of two children or 0 for a leaf; of a leaf: its vector, number and word
 CMPG_CONST kBindTestVectors = 53; // vec4

@@ -38,7 +38,12 @@ CMPG_CONST kModelsRoughDielectric = 0x400u;
 CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
 CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
 CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
-CMPG_CONST kFeatureCount = 29;
+CMPG_CONST kFeatureAttributeTexels = 29; // vec4s a vertex
+CMPG_CONST kFeatureClass = 30; // shade_vertex: whose vertices it takes, kClass...
+CMPG_CONST kFeatureClassDifferentiated = 31; // shade_vertex: some slot that scattering depends on is, of that class
+CMPG_CONST kFeatureClasses = 32; // sort_vertices: bit per class that has a kernel
+CMPG_CONST kFeatureSingleDirections = 33; // rays may come from smooth boundaries, whatever class they meet
+CMPG_CONST kFeatureCount = 34;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU

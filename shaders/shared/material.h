@@ -50,6 +50,8 @@ CMPG_CONST kMaterialSmooth = 0x200000u;
 CMPG_CONST kMaterialBeckmann = 0x400000u;
 CMPG_CONST kMaterialNonlinear = 0x800000u;
 CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot
+CMPG_CONST kMaterialClassShift = 25; // two bits: kClass..., of the kernel that shades it
+CMPG_CONST kMaterialClassMask = 3u;
 
 // Where a slot's values live and how a surface point finds them.
 struct GpuSlot {

@@ -61,6 +61,13 @@ struct ShadowRay {
 
 CMPG_CONST kShareUnits = 255;
 
+// What a vertex takes to shade, which sort_vertices decides. A kernel of its own shades each class, specialised for what is met there.
+CMPG_CONST kClassEscaped = 0; // the ray left the scene
+CMPG_CONST kClassPlain = 1; // of surfaces: ShadingClass in src/scene/features.h
+CMPG_CONST kClassDiffuse = 2;
+CMPG_CONST kClassOther = 3;
+CMPG_CONST kVertexClasses = 4;
+
 // How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
 // y above 65 535.
 struct QueueCounts {
@@ -75,6 +82,9 @@ struct QueueCounts {
     uvec3 shadowGroups;
     uvec3 arrivalGroups; // kernels that take one ray, or one vertex, an invocation: kVertexGroup a workgroup
     uvec3 vertexGroups;
+    uvec3 sortGroups; // sort_vertices: kTraceChunk vertices a workgroup
+    uint classes[kVertexClasses]; // vertices of each
+    uvec3 classGroups[kVertexClasses];
 };
 
 // One vertex of the tape, three texels: the local factors of the estimator, nothing multiplied by the prefix or divided by it.

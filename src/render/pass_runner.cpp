@@ -47,6 +47,7 @@ PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInpu
         std::vector<gpu::QueueCounts> counts(config_.maxDepth + 1);
         counts[0].rays = batch.paths;
         counts[0].rayGroups = {(batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk, 1, 1};
+        counts[0].sortGroups = counts[0].rayGroups;
         counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
         counts[0].arrivalGroups = counts[0].vertexGroups;
         pools().counts.uploadAll(counts);

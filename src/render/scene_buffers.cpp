@@ -316,6 +316,7 @@ void SceneBuffers::uploadMaterials(bool second) {
         const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
         const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
         out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0);
+        out.flags |= std::uint32_t(features_.shadingClass[materialsUp_[i]]) << gpu::kMaterialClassShift;
     }
     materials_.uploadAll(materials, second ? materials.size() * sizeof(gpu::GpuMaterial) : 0);
 }

@@ -17,6 +17,9 @@ constexpr std::uint32_t kMinCapacity = 4096;
 // its units. Both are far below 65 535 workgroups of 64.
 constexpr std::uint32_t kMaxCapacityCpu = 1u << 16, kMaxCapacityGpu = 1u << 20;
 
+constexpr std::pair<ShadingClass, Step> kShadeSteps[] = {
+    {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther}};
+
 struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
 };
@@ -29,7 +32,7 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     PathBytes b{};
     b.tapeWords = words;
     const bool shadows = f.lightSampling();
-    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + gpu::kVertexClasses * sizeof(std::uint32_t) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
     b.batch += shadows ? sizeof(gpu::ShadowRay) : 0;
     b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
     b.batch += needs.has(kModeDifference) ? sizeof(gpu::FilmPixel) : 0;
@@ -75,6 +78,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     for (Buffer& r : rays)
         r = queue("rays", n * sizeof(gpu::Ray));
     hits = queue("hits", n * sizeof(gpu::Hit));
+    sorted = words("sorted vertices", gpu::kVertexClasses * n * sizeof(std::uint32_t));
     if (features.lightSampling())
         shadowRays = queue("shadow rays", n * sizeof(gpu::ShadowRay));
     if (needs.prefixes())
@@ -133,7 +137,12 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     add(true, Step::Trace, "trace_closest", traceConstants);
     add(pass.roulette, Step::Split, "split_paths", constants);
     add(pass.roulette, Step::PrepareVertices, "prepare_vertices", {});
-    add(true, Step::Shade, "shade_vertex", constants);
+    add(true, Step::Sort, "sort_vertices", constants);
+    add(true, Step::ShadeEscaped, "shade_escaped", constants);
+    for (const auto& [shadingClass, step] : kShadeSteps) {
+        const auto of = features.constants(pass, shadingClass);
+        add(shadingClass == ShadingClass::Other || features.classes.contains(shadingClass), step, "shade_vertex", {of.begin(), of.end()});
+    }
     add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
     add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);
     add(true, Step::Scan, "scan_tape", constants);
@@ -170,7 +179,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     common.set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
-    common.set(gpu::kBindDifferenceFilm, pools.differenceFilm).set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
+    common.set(gpu::kBindDifferenceFilm, pools.differenceFilm).set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays).set(gpu::kBindSorted, pools.sorted);
     common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction);
     common.set(gpu::kBindGradients, pools.gradients, 0, std::min(pools.gradients.size(), gradientSlice() * 8));
     common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);
@@ -197,6 +206,10 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
     const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };
     const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
     const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
+    const auto sortGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, sortGroups); };
+    const auto classGroups = [](std::uint32_t bounce, std::uint32_t shadingClass) {
+        return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, classGroups) + shadingClass * sizeof(glm::uvec3);
+    };
     const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
     // As many workgroups as the batch has paths: counts the host has set, which no kernel changes.
@@ -213,7 +226,15 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
             commands.dispatch(kernel(Step::PrepareVertices), atBounce[b], 1, push);
             commands.barrier();
         }
-        commands.dispatchIndirect(kernel(Step::Shade), atBounce[b], pools.counts, vertexGroups(b), push);
+        commands.dispatchIndirect(kernel(Step::Sort), atBounce[b], pools.counts, sortGroups(b), push);
+        commands.barrier();
+        const auto shade = [&](Step step, std::uint32_t shadingClass) {
+            if (has(step))
+                commands.dispatchIndirect(kernel(step), atBounce[b], pools.counts, classGroups(b, shadingClass), push);
+        };
+        shade(Step::ShadeEscaped, gpu::kClassEscaped);
+        for (const auto& [shadingClass, step] : kShadeSteps)
+            shade(step, std::uint32_t(shadingClass));
         commands.barrier();
         if (b + 1 == depth)
             break; // nothing was scattered

@@ -36,7 +36,7 @@ struct Pools {
     PoolNeeds needs;
 
     Buffer batch, pixelOffsets, paths, adjoint, film, differenceFilm, layerSamples, layerFilm, gradients, direction, statistics;
-    Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, pathMoments;
+    Buffer rays[2], prefixes[2], hits, shadowRays, sorted, counts, copies, pathMoments;
     struct Bounce {
         Buffer vertices, suffixes, visibility, tape, tangents, arrivals, visits, derivatives, moments;
     };
@@ -44,7 +44,7 @@ struct Pools {
 };
 
 // The kernels of a pass.
-enum class Step { Generate, Trace, Split, PrepareVertices, Shade, PrepareDispatch, TraceShadow, Scan, GatherMoments, GatherFilm };
+enum class Step { Generate, Trace, Split, PrepareVertices, Sort, ShadeEscaped, ShadePlain, ShadeDiffuse, ShadeOther, PrepareDispatch, TraceShadow, Scan, GatherMoments, GatherFilm };
 struct KernelChoice {
     Step step;
     const char* name;
@@ -58,7 +58,7 @@ class Wavefront {
   public:
     Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass);
 
-    // Records one batch: generate_rays -> (trace_closest -> split_paths -> shade_vertex -> trace_shadow) x depth -> scan_tape x depth, then
+    // Records one batch: generate_rays -> (trace_closest -> split_paths -> sort_vertices -> shade_... -> trace_shadow) x depth -> scan_tape x depth, then
     // gather_film or gather_moments where they are wanted. `guide`: null where nothing is guided or recorded.
     void recordCommands(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const;
     std::vector<const Kernel*> kernels() const;

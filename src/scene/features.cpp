@@ -90,6 +90,61 @@ struct Analysis {
         f.models |= m.microfacets == Microfacets::Beckmann ? gpu::kModelsBeckmann : gpu::kModelsGgx;
     }
 
+    ShadingClass classOf(std::size_t index) const {
+        const Material& m = scene.materials[index];
+        const std::uint32_t baseColor = m.parameters[std::size_t(SlotKind::BaseColor)];
+        const std::uint32_t scattering = f.readSlots[index] & gpu::kScatteringSlots;
+        if (m.model != SurfaceModel::MetallicRoughness || scattering != 1u << std::uint32_t(SlotKind::BaseColor) || m.alphaMask)
+            return ShadingClass::Other;
+        const bool constant = scene.parameters[baseColor].entries() == scene.parameters[baseColor].channels;
+        return constant && scattering == f.readSlots[index] && !asked[baseColor] ? ShadingClass::Plain : ShadingClass::Diffuse;
+    }
+
+    // A kernel for plain surfaces and one for all others; where some of these have more lobes or normal maps, one for the diffuse among them.
+    void findClasses(const std::vector<bool>& used) {
+        f.shadingClass.assign(scene.materials.size(), ShadingClass::Other);
+        f.classes = {};
+        bool others = false, diffuse = false;
+        for (std::size_t i = 0; i < used.size(); ++i) {
+            if (used[i])
+                f.shadingClass[i] = classOf(i);
+            others |= used[i] && f.shadingClass[i] == ShadingClass::Other;
+            diffuse |= used[i] && f.shadingClass[i] == ShadingClass::Diffuse;
+        }
+        for (ShadingClass& c : f.shadingClass)
+            if (!others && c == (diffuse ? ShadingClass::Diffuse : ShadingClass::Plain))
+                c = ShadingClass::Other;
+        for (std::size_t i = 0; i < used.size(); ++i)
+            if (used[i])
+                f.classes.try_emplace(f.shadingClass[i]);
+        for (auto& [shadingClass, features] : f.classes)
+            features = featuresOf(shadingClass, used);
+    }
+
+    SurfaceFeatures featuresOf(ShadingClass shadingClass, const std::vector<bool>& used) const {
+        Analysis part{scene, asked, {}};
+        part.f.readSlots.assign(scene.materials.size(), 0);
+        SurfaceFeatures s;
+        for (std::size_t i = 0; i < used.size(); ++i) {
+            if (!used[i] || f.shadingClass[i] != shadingClass)
+                continue;
+            part.addMaterial(i, false);
+            for (std::uint32_t k = 0; k < kMaterialSlots; ++k)
+                s.differentiated |= (gpu::kScatteringSlots >> k & 1u) && asked[scene.materials[i].parameters[k]];
+        }
+        const Geometry& g = scene.geometry;
+        const auto hasNormal = [&](std::uint32_t vertex) { return glm::dot(g.normals[vertex], g.normals[vertex]) > 0; };
+        s.vertexNormals = f.vertexNormals && std::any_of(g.triangles.begin(), g.triangles.end(), [&](const Triangle& t) {
+            return f.shadingClass[t.material] == shadingClass && std::any_of(t.vertices.begin(), t.vertices.end(), hasNormal);
+        });
+        s.diffuse = part.f.diffuse;
+        s.specular = part.f.specular;
+        s.models = part.f.models;
+        s.texturedSlots = part.f.texturedSlots;
+        s.emission = part.f.emission;
+        return s;
+    }
+
     void addGeometry() {
         const Geometry& g = scene.geometry;
         f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
@@ -100,6 +155,8 @@ struct Analysis {
 
     void turnEverythingOn(bool lightSampling) {
         f.everything = true;
+        f.shadingClass.assign(scene.materials.size(), ShadingClass::Other);
+        f.classes.clear();
         f.diffuse = f.specular = f.packedTextures = true;
         f.texturedSlots = kEverySlot;
         f.models = kEveryModel;
@@ -134,6 +191,7 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
         if (used[i])
             a.addMaterial(i, request.lightSampling);
     a.addGeometry();
+    a.findClasses(used);
     a.f.environment = scene.environment && a.matters(scene.environment->parameter);
     a.f.environmentLight = a.f.environment && request.lightSampling;
     const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
@@ -183,6 +241,30 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureFewLights] = fewLights;
     c[gpu::kFeatureModels] = models;
     c[gpu::kFeatureSpotsByAngle] = spotsByAngle;
+    c[gpu::kFeatureAttributeTexels] = attributeTexels();
+    c[gpu::kFeatureSingleDirections] = (models & gpu::kModelsSmooth) != 0;
+    c[gpu::kFeatureClass] = gpu::kClassOther;
+    c[gpu::kFeatureClassDifferentiated] = true;
+    c[gpu::kFeatureClasses] = 1u << gpu::kClassEscaped | 1u << gpu::kClassOther;
+    for (const auto& [each, features] : classes)
+        c[gpu::kFeatureClasses] |= 1u << std::uint32_t(each);
+    return c;
+}
+
+std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& pass, ShadingClass surfaces) const {
+    std::array<std::uint32_t, gpu::kFeatureCount> c = constants(pass);
+    c[gpu::kFeatureClass] = std::uint32_t(surfaces);
+    if (!classes.contains(surfaces))
+        return c; // all features are on
+    const SurfaceFeatures& s = classes.at(surfaces);
+    c[gpu::kFeatureDiffuse] = s.diffuse;
+    c[gpu::kFeatureSpecular] = s.specular;
+    c[gpu::kFeatureModels] = s.models;
+    c[gpu::kFeatureTextures] = s.texturedSlots | (lightSampling() ? texturedSlots & 1u << gpu::kSlotEmission : 0); // that of lights is sampled from anywhere
+    c[gpu::kFeatureVertexNormals] = s.vertexNormals;
+    c[gpu::kFeatureTangents] = tangents && (s.texturedSlots >> gpu::kSlotNormal & 1u);
+    c[gpu::kFeatureEmission] = s.emission;
+    c[gpu::kFeatureClassDifferentiated] = s.differentiated;
     return c;
 }
 
@@ -231,6 +313,7 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"specular lobe", text(specular)},
         {"dielectrics, conductors and plastics", models >> gpu::kModelDielectric ? modelNames() : "off"},
         {"packed textures", text(packedTextures)},
+        {"kernels of plain and of diffuse surfaces", text(classes.contains(ShadingClass::Plain)) + " " + text(classes.contains(ShadingClass::Diffuse))},
         {"vertex normals", text(vertexNormals)},
         {"second texture coordinates", text(texcoord1)},
         {"vertex colours", text(colors)},

@@ -4,6 +4,9 @@
 #include "scene/scene.h"
 #include "shared/bvh_node.h"
 #include "shared/features.h"
+#include "shared/wavefront.h"
+
+#include <map>
 
 namespace cmpg {
 
@@ -13,6 +16,22 @@ struct FeatureRequest {
     bool lightSampling = true;
     bool guiding = false;    // passes may be guided; in reverse mode paths may split
     bool everything = false; // all features on, whether they are needed or not: for comparison, the results are the same
+};
+
+// Surfaces by what they take to shade. Each class that a scene has is shaded by a kernel of its own.
+enum class ShadingClass : std::uint32_t {
+    Plain = gpu::kClassPlain,     // diffuse by a constant colour: no texture, emission or derivative
+    Diffuse = gpu::kClassDiffuse, // diffuse alone, beside others with more lobes or normal maps
+    Other = gpu::kClassOther,
+};
+
+// What the surfaces of a class require.
+struct SurfaceFeatures {
+    bool diffuse = false, specular = false; // lobes of metallic-roughness
+    std::uint32_t models = 0; // bit per SurfaceModel, and gpu::kModelsSmooth ...
+    std::uint32_t texturedSlots = 0; // bit per SlotKind that some material looks up
+    bool emission = false, vertexNormals = false;
+    bool differentiated = false; // some slot that scattering depends on
 };
 
 struct FeatureSet {
@@ -33,6 +52,9 @@ struct FeatureSet {
     // By material: bit per SlotKind whose value some kernel reads. 0: no triangle uses the material, nothing of it is uploaded.
     std::vector<std::uint32_t> readSlots;
 
+    std::vector<ShadingClass> shadingClass; // by material
+    std::map<ShadingClass, SurfaceFeatures> classes; // those of some surface; empty where all features are on
+
     bool lightSampling() const { return triangleLights || punctualLights || environmentLight; }
     bool texcoords() const { return texturedSlots != 0 || alphaMask; }
     bool attributes() const { return vertexNormals || colors || texcoords(); }
@@ -47,6 +69,8 @@ struct FeatureSet {
         auto operator<=>(const Pass&) const = default;
     };
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass) const;
+    // Of the kernel that shades one class.
+    std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass, ShadingClass surfaces) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
     // Name and what is on, of every feature.
     std::vector<std::pair<std::string, std::string>> describe() const;

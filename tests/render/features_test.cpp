@@ -261,11 +261,42 @@ TEST(Features, KernelsAreThoseThatRun) {
         return list;
     };
     using Names = std::vector<std::string>;
-    EXPECT_EQ(names({}, {.maxDepth = 1}), (Names{"generate_rays", "trace_closest", "shade_vertex", "scan_tape", "gather_film"}));
+    EXPECT_EQ(names({}, {.maxDepth = 1}), (Names{"generate_rays", "trace_closest", "sort_vertices", "shade_escaped", "shade_vertex", "shade_vertex", "scan_tape", "gather_film"}));
     EXPECT_EQ(names({.lightSampling = false}, {.maxDepth = 4}),
-              (Names{"generate_rays", "trace_closest", "shade_vertex", "prepare_dispatch", "scan_tape", "gather_film"}));
+              (Names{"generate_rays", "trace_closest", "sort_vertices", "shade_escaped", "shade_vertex", "shade_vertex", "prepare_dispatch", "scan_tape", "gather_film"}));
     const Names all = names({}, {.roulette = true, .measure = true, .maxDepth = 4});
-    EXPECT_EQ(all.size(), 10u);
+    EXPECT_EQ(all.size(), 13u);
+}
+
+// Materials by the kernel that shades them.
+TEST(Features, ShadingClasses) {
+    Scene scene = bundledScene("bowl");
+    const auto of = [](const Scene& s, const FeatureRequest& request, ShadingClass shadingClass) {
+        const FeatureSet f = analyse(s, request);
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < s.materials.size(); ++i)
+            if (f.shadingClass[i] == shadingClass)
+                names.push_back(s.materials[i].name);
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    const auto parameter = [&](const char* name) {
+        for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)
+            if (scene.parameters[p].name == name)
+                return p;
+        return ~0u;
+    };
+    EXPECT_EQ(of(scene, {}, ShadingClass::Plain), (Names{"wall", "floor"}));
+    EXPECT_EQ(of(scene, {}, ShadingClass::Diffuse), (Names{"table", "lamp", "panel"}));
+    EXPECT_EQ(of(scene, {}, ShadingClass::Other), (Names{"bowl"}));
+    // What is differentiated is not plain, and a metal where that is asked for is not diffuse.
+    EXPECT_EQ(of(scene, {.differentiable = {parameter("wall.baseColor")}}, ShadingClass::Plain), (Names{"floor"}));
+    EXPECT_EQ(of(scene, {.differentiable = {parameter("wall.metallic")}}, ShadingClass::Other), (Names{"bowl", "wall"}));
+    // Where nothing is more than diffuse there are two kernels, where all is plain there is one, and with every feature on as well.
+    EXPECT_EQ(of(bundledScene("box"), {}, ShadingClass::Other), (Names{"painting", "light"}));
+    EXPECT_EQ(of(bundledScene("box"), {}, ShadingClass::Diffuse), Names{});
+    EXPECT_EQ(of(bundledScene("furnace"), {}, ShadingClass::Other), (Names{"wall"}));
+    EXPECT_EQ(of(scene, {.everything = true}, ShadingClass::Other).size(), scene.materials.size());
 }
 
 } // namespace
