@@ -20,6 +20,10 @@ void main() {
     if (push.count == 0 || path >= batch.paths) return;
     // The pixel whose run of samples contains this path.
     uint low = 0, high = batch.pixels - 1;
+    // Where all pixels have as many samples as the second one, the search ends before it begins.
+    const uint second = pixelOffset(min(1u, batch.pixels)), samples = max(pixelOffset(min(2u, batch.pixels)) - second, 1u);
+    const uint guess = min(uint((float(path + samples - min(second, samples)) + 0.5) / float(samples)), high);
+    if (pixelOffset(guess) <= path && path < pixelOffset(guess + 1)) low = high = guess;
     for (uint i = 0; i < 32 && low < high; ++i) {
         const uint middle = (low + high + 1) / 2;
         if (pixelOffset(middle) <= path) low = middle;
