@@ -12,6 +12,7 @@
 #define CMPG_READ_VERTICES
 #define CMPG_READ_PATHS
 #define CMPG_READ_ADJOINTS
+#define CMPG_READ_SORTED
 #include "scene/queues.glsl"
 #include "shared/scene_info.h"
 #include "shared/batch.h"
@@ -101,8 +102,10 @@ void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
 }
 
 void main() {
-    const uint slot = globalIndex();
-    if (push.count == 0 || slot >= (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays)) return;
+    const uint index = globalIndex();
+    const bool all = !kDerivatives || push.shadingClass == kVertexClasses;
+    if (push.count == 0 || index >= (all ? (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays) : counts[push.bounce].classes[push.shadingClass])) return;
+    const uint slot = all ? index : sortedVertex(push.shadingClass * push.count + index);
     if (kRoulette && counts[0].overflow != 0) return; // the batch is void
     const Vertex v = readVertex(slot);
     const Found found = gatherFound(v.child);

@@ -133,6 +133,7 @@ struct ScanPush {
     uint firstEntry;
     uint entries;
     uint keepRecords; // 0: a recording pass leaves none
+    uint shadingClass; // whose vertices; kVertexClasses: all
 };
 
 CMPG_SHARED_END

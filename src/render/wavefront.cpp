@@ -32,7 +32,7 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     PathBytes b{};
     b.tapeWords = words;
     const bool shadows = f.lightSampling();
-    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + gpu::kVertexClasses * sizeof(std::uint32_t) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
     b.batch += shadows ? sizeof(gpu::ShadowRay) : 0;
     b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
     b.batch += needs.has(kModeDifference) ? sizeof(gpu::FilmPixel) : 0;
@@ -40,7 +40,8 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     b.batch += needs.prefixes() ? 2 * sizeof(gpu::Prefix) : 0;
     b.batch += needs.roulette ? sizeof(gpu::Copy) : 0;
     b.batch += needs.measure ? sizeof(gpu::PathMoment) : 0;
-    b.bounce = sizeof(gpu::Vertex) + sizeof(glm::vec4) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.tangents() ? sizeof(glm::vec4) : 0);
+    (needs.derivatives() ? b.bounce : b.batch) += gpu::kVertexClasses * sizeof(std::uint32_t);
+    b.bounce += sizeof(gpu::Vertex) + sizeof(glm::vec4) + (shadows ? sizeof(std::uint32_t) : 0) + 4 * words + (needs.tangents() ? sizeof(glm::vec4) : 0);
     b.bounce += needs.record ? sizeof(gpu::GuideVisit) : 0;
     b.bounce += needs.derivativeRecords() ? sizeof(gpu::DerivativeParts) : 0;
     b.bounce += needs.measure ? sizeof(gpu::VertexMoment) : 0;
@@ -78,7 +79,6 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     for (Buffer& r : rays)
         r = queue("rays", n * sizeof(gpu::Ray));
     hits = queue("hits", n * sizeof(gpu::Hit));
-    sorted = words("sorted vertices", gpu::kVertexClasses * n * sizeof(std::uint32_t));
     if (features.lightSampling())
         shadowRays = queue("shadow rays", n * sizeof(gpu::ShadowRay));
     if (needs.prefixes())
@@ -102,6 +102,8 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
         direction = Buffer(device, "direction", needs.gradientEntries * 4, MemoryKind::Parameters, Texel::R32f);
     for (std::uint32_t i = 0; i < depth; ++i) {
         Bounce bounce;
+        if (i == 0 || needs.derivatives()) // the scan of derivatives goes by classes, too
+            bounce.sorted = words("sorted vertices", gpu::kVertexClasses * n * sizeof(std::uint32_t));
         bounce.vertices = queue("vertices", n * sizeof(gpu::Vertex));
         bounce.suffixes = queue("suffixes", n * sizeof(glm::vec4));
         if (features.lightSampling())
@@ -146,12 +148,15 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
     add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);
     add(true, Step::Scan, "scan_tape", constants);
+    auto undifferentiated = constants;
+    undifferentiated[gpu::kFeatureClassDifferentiated] = false;
+    add(features.scansClasses(pass), Step::ScanUndifferentiated, "scan_tape", undifferentiated);
     add(pass.measure, Step::GatherMoments, "gather_moments", constants);
     add(true, Step::GatherFilm, "gather_film", constants);
     return choice;
 }
 
-Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), pass_(pass) {
+Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), features_(features), pass_(pass) {
     const std::vector<KernelChoice> choices = chooseKernels(features, pass);
     std::vector<KernelRequest> requests;
     for (const KernelChoice& choice : choices)
@@ -179,7 +184,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     common.set(gpu::kBindCopies, pools.copies).set(gpu::kBindPathMoments, pools.pathMoments);
     common.set(gpu::kBindBatch, pools.batch).set(gpu::kBindPixelOffsets, pools.pixelOffsets).set(gpu::kBindPaths, pools.paths);
     common.set(gpu::kBindFilm, pools.film).set(gpu::kBindStatistics, pools.statistics).set(gpu::kBindCounts, pools.counts);
-    common.set(gpu::kBindDifferenceFilm, pools.differenceFilm).set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays).set(gpu::kBindSorted, pools.sorted);
+    common.set(gpu::kBindDifferenceFilm, pools.differenceFilm).set(gpu::kBindHits, pools.hits).set(gpu::kBindShadowRays, pools.shadowRays);
     common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction);
     common.set(gpu::kBindGradients, pools.gradients, 0, std::min(pools.gradients.size(), gradientSlice() * 8));
     common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);
@@ -187,6 +192,7 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     for (std::uint32_t b = 0; b < depth; ++b) {
         const Pools::Bounce& here = pools.bounces[b];
         const Pools::Bounce& next = pools.bounces[std::min(b + 1, depth - 1)]; // the last bounce continues nothing
+        atBounce[b].set(gpu::kBindSorted, pools.bounces[pools.needs.derivatives() ? b : 0].sorted);
         atBounce[b].set(gpu::kBindRays, pools.rays[b % 2]).set(gpu::kBindNextRays, pools.rays[(b + 1) % 2]);
         atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindSuffixes, here.suffixes).set(gpu::kBindNextSuffixes, next.suffixes);
         atBounce[b].set(gpu::kBindVisibility, here.visibility);
@@ -254,8 +260,17 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
             Bindings sliced = atBounce[b];
             if (pass_.mode == kModeReverse)
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            commands.dispatchIndirect(kernel(Step::Scan), sliced, pools.counts, vertexGroups(b),
-                                      gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords});
+            const auto scan = [&](Step step, std::uint32_t shadingClass, std::uint64_t groups) {
+                commands.dispatchIndirect(kernel(step), sliced, pools.counts, groups,
+                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass});
+            };
+            if (!has(Step::ScanUndifferentiated)) {
+                scan(Step::Scan, gpu::kVertexClasses, vertexGroups(b));
+                continue;
+            }
+            scan(Step::ScanUndifferentiated, gpu::kClassEscaped, classGroups(b, gpu::kClassEscaped));
+            for (const auto& [surfaces, features] : features_.classes)
+                scan(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, std::uint32_t(surfaces), classGroups(b, std::uint32_t(surfaces)));
         }
         commands.barrier();
     }

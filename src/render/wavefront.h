@@ -24,6 +24,7 @@ struct PoolNeeds {
     bool has(std::uint32_t mode) const { return (modes >> mode & 1u) != 0; }
     bool tangents() const { return has(gpu::kModeForward) || has(gpu::kModeDifference); }
     bool prefixes() const { return has(gpu::kModeReverse) || (guide && has(gpu::kModeForward)); }
+    bool derivatives() const { return has(gpu::kModeReverse) || has(gpu::kModeForward); }
     bool derivativeRecords() const { return record && (has(gpu::kModeReverse) || has(gpu::kModeForward)); }
     auto operator<=>(const PoolNeeds&) const = default;
 };
@@ -36,15 +37,15 @@ struct Pools {
     PoolNeeds needs;
 
     Buffer batch, pixelOffsets, paths, adjoint, film, differenceFilm, layerSamples, layerFilm, gradients, direction, statistics;
-    Buffer rays[2], prefixes[2], hits, shadowRays, sorted, counts, copies, pathMoments;
+    Buffer rays[2], prefixes[2], hits, shadowRays, counts, copies, pathMoments;
     struct Bounce {
-        Buffer vertices, suffixes, visibility, tape, tangents, arrivals, visits, derivatives, moments;
+        Buffer sorted, vertices, suffixes, visibility, tape, tangents, arrivals, visits, derivatives, moments;
     };
     std::vector<Bounce> bounces;
 };
 
 // The kernels of a pass.
-enum class Step { Generate, Trace, Split, PrepareVertices, Sort, ShadeEscaped, ShadePlain, ShadeDiffuse, ShadeOther, PrepareDispatch, TraceShadow, Scan, GatherMoments, GatherFilm };
+enum class Step { Generate, Trace, Split, PrepareVertices, Sort, ShadeEscaped, ShadePlain, ShadeDiffuse, ShadeOther, PrepareDispatch, TraceShadow, Scan, ScanUndifferentiated, GatherMoments, GatherFilm };
 struct KernelChoice {
     Step step;
     const char* name;
@@ -71,6 +72,7 @@ class Wavefront {
     bool has(Step step) const { return kernels_.contains(step); }
 
     Device& device_;
+    FeatureSet features_;
     FeatureSet::Pass pass_;
     std::map<Step, Kernel> kernels_;
 };

@@ -268,6 +268,13 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     return c;
 }
 
+bool FeatureSet::scansClasses(const Pass& pass) const {
+    if (pass.roulette || pass.record)
+        return false; // lavapipe rounds the sums of copies and of records in another order where derivatives do not follow
+    return (pass.mode == gpu::kModeForward || pass.mode == gpu::kModeReverse) &&
+           std::any_of(classes.begin(), classes.end(), [](const auto& c) { return c.second.differentiated; });
+}
+
 std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const {
     std::array<std::uint32_t, gpu::kTraceCount> c{};
     c[gpu::kTraceThreads] = threads;

@@ -72,6 +72,8 @@ struct FeatureSet {
     // Of the kernel that shades one class.
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass, ShadingClass surfaces) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
+    // Whether a pass scans the vertices of differentiated surfaces apart from the others.
+    bool scansClasses(const Pass& pass) const;
     // Name and what is on, of every feature.
     std::vector<std::pair<std::string, std::string>> describe() const;
 };
