@@ -154,6 +154,7 @@ class Parameter:
             raise UsageError(f"{self.name} has the shape {self.shape}, not {array.shape}", "", "give that shape, one value per channel, or a number")
         self._scene._handle.set(self.name, array)
         self._scene._revision += 1
+        self._scene._changed.add(self.name)
 
     def _repr_png_(self) -> bytes:
         return self.values.png()
@@ -181,6 +182,7 @@ class Scene:
                  define: Mapping[str, object] | None = None) -> None:
         self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()})
         self._revision = 0
+        self._changed: set[str] = set()  # names of what was set
         self._device: Device | None = None
         self._renderers: dict[Any, Any] = {}  # of cmpg.torch
 
@@ -189,6 +191,7 @@ class Scene:
         other = Scene.__new__(Scene)
         other._handle = self._handle.copy()
         other._revision = 0
+        other._changed = set(self._changed)
         other._device = self._device
         other._renderers = {}
         return other
@@ -443,6 +446,7 @@ class Recovery(Iterator[RecoveryStep]):
         """Puts the current values into a scene: that it was made of, or a copy of it."""
         self._handle.apply(scene._handle)
         scene._revision += 1
+        scene._changed.update(self._infos)
 
     def save(self, folder: Path) -> None:
         """Writes all that resume() needs, and keeps the one before.

@@ -1,7 +1,8 @@
 // The compiled half of the Python package: handles of the library, with arrays in place of its vectors. python/cmpg/__init__.py is the surface.
+#include "errors.h"
+
 #include <cmpg/cmpg.h>
 
-#include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
@@ -100,38 +101,6 @@ void endOnSignals() {
 template <class Work> auto released(Work&& work) {
     nb::gil_scoped_release unlocked;
     return work();
-}
-
-const char* kindName(cmpg::ErrorKind kind) {
-    switch (kind) {
-    case cmpg::ErrorKind::Usage:
-        return "UsageError";
-    case cmpg::ErrorKind::Input:
-        return "InputError";
-    case cmpg::ErrorKind::Device:
-        return "DeviceError";
-    case cmpg::ErrorKind::Numerical:
-        return "NumericalError";
-    case cmpg::ErrorKind::Output:
-        break;
-    }
-    return "OutputError";
-}
-
-void translate(const std::exception_ptr& thrown, void*) {
-    try {
-        std::rethrow_exception(thrown);
-    } catch (const cmpg::Error& error) {
-        std::vector<std::string> options = error.options; // as keyword arguments
-        for (std::string& option : options)
-            if (option == "inspect")
-                option = "Scene.parameters, Scene.cameras";
-            else
-                std::replace(option.begin(), option.end(), '-', '_');
-        const nb::object type = nb::module_::import_("cmpg._errors").attr(kindName(error.kind));
-        const nb::object made = type(error.what(), error.cause, error.remedy, options);
-        PyErr_SetObject(type.ptr(), made.ptr());
-    }
 }
 
 } // namespace
