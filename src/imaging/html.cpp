@@ -36,7 +36,7 @@ figure img { width: 100%; height: auto; display: block; border: 1px solid #d5dae
 figure img.small { image-rendering: pixelated; }
 figcaption { font-size: 13px; color: #4a525c; margin-top: 4px; }
 .legend img { width: 256px; max-width: 100%; height: auto; }
-.plot svg { width: 100%; max-width: 860px; height: auto; }
+.plot img { width: 100%; max-width: 860px; height: auto; }
 details { margin: 14px 0 0; color: #333a42; font-size: 14px; }
 summary { cursor: pointer; font-weight: 600; }
 code { background: #eef0f3; padding: 1px 4px; border-radius: 3px; font-size: 13px; overflow-wrap: anywhere; }
@@ -75,6 +75,10 @@ std::string escapeHtml(const std::string& text) {
 }
 
 std::string pngDataUri(const Image& image) { return "data:image/png;base64," + base64(encodePng(image)); }
+
+std::string svgImage(const std::string& svg) {
+    return "<img alt=\"\" src=\"data:image/svg+xml;base64," + base64(Bytes(svg.begin(), svg.end())) + "\">";
+}
 
 std::string htmlFigures(const std::vector<HtmlFigure>& figures) {
     constexpr int kSmall = 160; // narrower images are enlarged without blurring their texels

@@ -126,7 +126,7 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
             report.outputs.emplace_back(prefix + "estimates", strip.string());
         }
         const fs::path plot = place / "error_over_time.svg";
-        writeTextFile(plot, svgFile(parts[i].svg));
+        writeTextFile(plot, parts[i].svg);
         report.outputs.emplace_back(prefix + "plot", plot.string());
         results += parts[i].resultRows;
         curves += parts[i].curveRows;

@@ -66,7 +66,7 @@ void write(const CompareSubject& subject, const TradeoffReport& found, const fs:
     const std::pair<const char*, std::string> texts[] = {
         {"tradeoff.csv", tradeoffCsv(found)},
         {"tables.md", tradeoffMarkdown(found)},
-        {"pareto.svg", svgFile(plot.svg())},
+        {"pareto.svg", plot.svg()},
         {"report.html", tradeoffDocument(subject, report.device, toConfig(options).dump(), found)}};
     for (const auto& [name, text] : texts) {
         writeTextFile(folder / name, text);
