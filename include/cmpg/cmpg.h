@@ -1,10 +1,12 @@
 // The whole library: scenes, devices, images, derivatives and recoveries.
 #pragma once
 
+#include <cmpg/check.h>
 #include <cmpg/device.h>
 #include <cmpg/error.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>
 #include <cmpg/recovery.h>
 #include <cmpg/renderer.h>
+#include <cmpg/report.h>
 #include <cmpg/scene.h>

@@ -44,6 +44,15 @@ struct RecoveryOptions {
     std::uint32_t viewsPerStep = 0; // of several targets; 0: all
     std::uint32_t warmUp = 0;       // first steps, which only learn the guide
     std::uint32_t freeze = 0;       // step from which on the guide stays as it is; 0: none
+    // The gradient of each step is sampled until |standard error| / |gradient| is this small, in 8 batches; sppGradient, at least 8, is the most. 0: no
+    // target; from 1e-6 to 100.
+    double errorTarget = 0;
+};
+
+// Of gradients with an error target.
+struct GradientErrors {
+    std::uint64_t gradients = 0, missed = 0; // the latter: those of the former whose error stayed too large
+    double worst = 0;                        // error of these
 };
 
 struct RecoveryStep {
@@ -74,6 +83,7 @@ class Recovery {
     std::vector<ParameterInfo> parameters() const;
     std::vector<float> values(const std::string& parameter) const;     // current ones; Error(Usage) for what is not recovered
     std::vector<double> gradient(const std::string& parameter) const;  // of the last step, regulariser included; zeros before the first
+    GradientErrors errors() const; // of the steps so far
     // Of a target's camera at the current values, with the same random numbers whatever the step.
     Image image(std::size_t target = 0, std::uint32_t spp = 64);
 
@@ -85,6 +95,9 @@ class Recovery {
     // Continues from the last one that can be read, to what the saved recovery would have found, bit for bit on the same device. False where
     // the folder has none. Error(Input) where it is of another recovery: the first difference is named.
     bool resume(const std::filesystem::path& folder);
+
+    // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
+    void saveGuide(const std::filesystem::path& file) const;
 
     // As Renderer::onSubmission. A step that it ends has changed nothing and can be done again.
     void onSubmission(std::function<void()> call);

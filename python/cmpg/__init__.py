@@ -27,11 +27,12 @@ except ImportError as error:
     if "libvulkan" in str(error):  # which no wheel holds: it belongs to the machine's drivers
         raise ImportError("there is no Vulkan loader: install the package libvulkan1, and mesa-vulkan-drivers where there is no driver either") from error
     raise
-from ._cmpg import DeviceInfo, RecoveryStep
+from ._cmpg import DeviceInfo, PassReport, RecoveryStep
 from ._errors import DeviceError, Error, InputError, NumericalError, OutputError, UsageError
 
 __all__ = [
-    "Device", "DeviceInfo", "DeviceError", "Error", "Image", "InputError", "NumericalError", "OutputError", "Parameter", "Recovery", "RecoveryStep",
+    "Device", "DeviceInfo", "DeviceError", "Error", "Image", "InputError", "NumericalError", "OutputError", "Parameter", "PassReport",
+    "Recovery", "RecoveryStep",
     "Renderer", "Scene", "UsageError", "devices", "load_image",
 ]
 
@@ -39,7 +40,15 @@ Path = Union[str, "os.PathLike[str]"]
 Names = Union[str, Sequence[str]]
 
 
-def _floats(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def _floats(values: Any) -> npt.NDArray[np.float32]:
+    """Any array as contiguous float32: itself where it is that. Arrays of other libraries come by DLPack, without a copy where they lie on the host."""
+    if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
+        if getattr(values, "requires_grad", False):  # a tensor's graph would be cut in silence
+            raise UsageError("values that take part in a derivative would be cut off from it", "", "use cmpg.torch.render(), or give values.detach()")
+        try:
+            values = np.from_dlpack(values)
+        except (BufferError, RuntimeError, TypeError) as error:
+            raise UsageError("an array of another library cannot be read", str(error), "copy it to the host as float32") from error
     return np.ascontiguousarray(values, dtype=np.float32)
 
 
@@ -154,6 +163,16 @@ class Parameter:
             raise UsageError(f"{self.name} has the shape {self.shape}, not {array.shape}", "", "give that shape, one value per channel, or a number")
         self._scene._handle.set(self.name, array)
         self._scene._revision += 1
+        self._scene._changed.add(self.name)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return np.asarray(self.values, dtype=dtype)
+
+    def __dlpack__(self, **options: Any) -> Any:
+        return self.values.__dlpack__(**options)
+
+    def __dlpack_device__(self) -> Any:
+        return self.values.__dlpack_device__()
 
     def _repr_png_(self) -> bytes:
         return self.values.png()
@@ -181,6 +200,7 @@ class Scene:
                  define: Mapping[str, object] | None = None) -> None:
         self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()})
         self._revision = 0
+        self._changed: set[str] = set()  # names of what was set
         self._device: Device | None = None
         self._renderers: dict[Any, Any] = {}  # of cmpg.torch
 
@@ -189,6 +209,7 @@ class Scene:
         other = Scene.__new__(Scene)
         other._handle = self._handle.copy()
         other._revision = 0
+        other._changed = set(self._changed)
         other._device = self._device
         other._renderers = {}
         return other
@@ -251,9 +272,11 @@ class Scene:
         return f"<cmpg.Scene {self.source}: {len(self.parameters)} parameters, cameras {', '.join(self.cameras)}>"
 
 
-def _paths(max_depth: int, sampling: str, pixel_sampling: str, roulette: str, positivize: bool, no_nee: bool, memory: int, guide_memory: int) -> Any:
+def _paths(max_depth: int, sampling: str, pixel_sampling: str, roulette: str, positivize: bool, no_nee: bool, memory: int, guide_memory: int,
+           sampler: str, load_guide: Path | None, keep_guide: bool, expert: Mapping[str, float] | None) -> Any:
     return _cmpg.PathOptions(max_depth=max_depth, sampling=sampling, pixel_sampling=pixel_sampling, roulette=roulette, positivize=positivize,
-                             no_nee=no_nee, memory=memory, guide_memory=guide_memory)
+                             no_nee=no_nee, memory=memory, guide_memory=guide_memory, sampler=sampler, load_guide=load_guide or "",
+                             keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
 
 
 class Renderer:
@@ -273,6 +296,11 @@ class Renderer:
         no_nee: no light sampling; emitters are only found by chance.
         memory: MiB of device memory for a pass, beside the scene and its parameters.
         guide_memory: MiB of device memory for the guide.
+        sampler: random numbers: "sobol" (Owen-scrambled), or "independent".
+        load_guide: a file of save_guide(), from which passes draw and learning passes continue.
+        keep_guide: to be saved: learn a guide even where no pass would draw from it.
+        expert: guide_share (of directions, drawn from the guide), roulette_effort, cell_records, direction_share, forgetting, all_features, as of
+            the command line.
 
     Raises:
         UsageError: an unknown parameter or an option out of range.
@@ -281,8 +309,11 @@ class Renderer:
 
     def __init__(self, scene: Scene, param: Names = (), *, device: Device | None = None, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
-                 guide_memory: int = 64) -> None:
-        paths = _paths(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory)
+                 guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
+                 keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
+        paths = _paths(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
+        #: what the last pass did: samples, error, seconds, method; None before the first
+        self.report: PassReport | None = None
         self._scene = scene
         self._handle = _cmpg.Renderer((device or scene.device)._handle, scene._handle, _names(param), paths)
 
@@ -291,26 +322,33 @@ class Renderer:
         """Names of what derivatives may be asked for, globs expanded."""
         return [info.name for info in self._handle.parameters()]
 
-    def render(self, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 64, seed: int = 0, train: int = 0, train_spp: int = 0,
-               frozen: bool = False) -> Image:
+    def render(self, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+               frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
         """Radiance, (height, width, 3).
 
         Args:
             camera: its name; "": the first.
             width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: 512 wide.
-            spp: samples per pixel.
+            spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
             seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
             train: learning passes before this one. They learn a guide anew, from which this pass and those after it draw.
             train_spp: samples per pixel of each; 0: as many as the pass has.
             frozen: draws from no guide.
+            error_target: sample until |standard error| / |image| is this small (0.01 is 1 %); `spp` is the most. 0: no target.
+            time_budget: sample for so many seconds, learning included; 0: no budget.
+            batches: divide the samples among so many batches, whose spread tells the error in `report`; 0: 8 with a target or budget, else none.
+            layers: `report.layers()` then has what the camera sees first and what the guide does there: "normal" (height, width, 3), "depth", "albedo" ...
 
         Raises:
             UsageError: an unknown camera, or an option out of range.
         """
-        return _image(self._handle.render(_cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen)))
+        image, self.report = self._handle.render(
+            _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+        return _image(image)
 
-    def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str = "", width: int = 0, height: int = 0, spp: int = 64, seed: int = 0,
-                train: int = 0, train_spp: int = 0, frozen: bool = False) -> Image:
+    def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
+                train: int = 0, train_spp: int = 0, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0,
+                layers: bool = False) -> Image:
         """The derivative of the image along a direction, (height, width, 3): the sum over the parameters of dI/dp . v.
 
         Args:
@@ -318,14 +356,43 @@ class Renderer:
             frozen: with the random numbers of render() with the same seed, for comparison with finite differences; from no guide.
             The others as in render().
         """
-        given = []
-        for name, values in direction.items():
-            shape = self._scene[name].shape
-            given.append((name, _floats(np.broadcast_to(np.asarray(values, dtype=np.float32), shape))))
-        return _image(self._handle.forward(given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen)))
+        given = [(name, self._direction(name, values)) for name, values in direction.items()]
+        image, self.report = self._handle.forward(
+            given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+        return _image(image)
 
-    def backward(self, adjoint: npt.ArrayLike, *, camera: str = "", spp: int = 64, seed: int = 0, train: int = 0, train_spp: int = 0,
-                 frozen: bool = False) -> dict[str, Image]:
+    def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        return _floats(np.broadcast_to(_floats(values), self._scene[name].shape))
+
+    def check(self, name: str, direction: npt.ArrayLike = 1, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 16, spp_gradient: int = 0,
+              seed: int = 0) -> dict[str, Any]:
+        """The derivative along a direction of one parameter against finite differences of images, 16 times each.
+
+        Args:
+            name: the parameter.
+            direction: an array of its shape, one value per channel, or a number.
+            width, height: both 0: 128 wide.
+            spp, spp_gradient: samples per pixel of each of up to 200 images, and of each of 16 derivatives (0: as many).
+
+        Returns:
+            "agrees": whether no mean of a channel or of a block of pixels differs by more than chance and the errors of differences explain; and
+            "comparisons": these, each with "what", "forward", "finite", "standard_error", "relative_error", "power" (the least relative error that would
+            stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
+        """
+        options = _cmpg.PassOptions(camera, width, height, spp, seed, 0, 0, True, 0, 0, 0, False)
+        return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
+
+    def save_guide(self, file: Path) -> None:
+        """Writes what was learned, for `load_guide`.
+
+        Raises:
+            UsageError: nothing was learned.
+            OutputError: it cannot be written.
+        """
+        self._handle.save_guide(file)
+
+    def backward(self, adjoint: npt.ArrayLike, *, camera: str = "", spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+                 frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0) -> dict[str, Image]:
         """adjoint^T . dI/dp of every parameter in `param`, by name, in the parameter's shape.
 
         Args:
@@ -334,7 +401,8 @@ class Renderer:
                 finite differences. In an optimisation their noise would be correlated with the image's.
             The others as in render().
         """
-        gradients = self._handle.backward(_floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, frozen))
+        gradients, self.report = self._handle.backward(
+            _floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, False))
         return {name: _image(gradient) for name, gradient in gradients.items()}
 
 
@@ -364,6 +432,7 @@ class Recovery(Iterator[RecoveryStep]):
         views_per_step: of several targets; 0: all.
         warm_up: first steps, which only learn the guide.
         freeze: step from which on the guide stays as it is; 0: none.
+        error_target: the gradient of each step is sampled until |standard error| / |gradient| is this small; `spp_gradient`, at least 8, is the most.
         mask: weights in [0, 1] of the targets' pixels, (height, width), or for targets that are files the file of an image.
         target_exposure: targets are multiplied by 2^target_exposure.
         The others as in Renderer.
@@ -377,17 +446,18 @@ class Recovery(Iterator[RecoveryStep]):
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 8, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
-                 mask: npt.ArrayLike | Path | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
+                 error_target: float = 0, mask: npt.ArrayLike | Path | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
-                 guide_memory: int = 64) -> None:
-        paths = _paths(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory)
+                 guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
+                 keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
+        paths = _paths(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
         views = target if isinstance(target, Mapping) else {"": target}
         targets = [_target(image, camera, mask, target_exposure) for camera, image in views.items()]
         rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
         self._handle = _cmpg.Recovery(
             (device or scene.device)._handle, scene._handle, targets, _names(param), paths, steps=steps, spp=spp, spp_gradient=spp_gradient,
             spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer, rates=rates, schedule=schedule, final_rate=final_rate,
-            prior=prior, total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up, freeze=freeze)
+            prior=prior, total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up, freeze=freeze, error_target=error_target)
         self._infos = {info.name: info for info in self._handle.parameters()}
 
     def __iter__(self) -> Recovery:
@@ -439,10 +509,25 @@ class Recovery(Iterator[RecoveryStep]):
         """What the camera of a target (by its number) sees at the current values, (height, width, 3)."""
         return _image(self._handle.image(target, spp))
 
+    @property
+    def errors(self) -> dict[str, Any]:
+        """Under an error target: how many "gradients" there were, how many of them "missed" it, and the "worst" error of these."""
+        return self._handle.errors()
+
+    def save_guide(self, file: Path) -> None:
+        """Writes what was learned, for `load_guide`.
+
+        Raises:
+            UsageError: nothing is learned.
+            OutputError: it cannot be written.
+        """
+        self._handle.save_guide(file)
+
     def apply(self, scene: Scene) -> None:
         """Puts the current values into a scene: that it was made of, or a copy of it."""
         self._handle.apply(scene._handle)
         scene._revision += 1
+        scene._changed.update(self._infos)
 
     def save(self, folder: Path) -> None:
         """Writes all that resume() needs, and keeps the one before.

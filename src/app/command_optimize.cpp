@@ -6,7 +6,7 @@
 #include "base/log.h"
 #include "imaging/contact_sheet.h"
 #include "imaging/loss_curve.h"
-#include "lab/batched_model.h"
+#include "optimize/batched_model.h"
 #include "optimize/gradient_watch.h"
 #include "optimize/optimize.h"
 #include "optimize/progress.h"
@@ -154,12 +154,12 @@ void writePictures(Optimization& run, ImageModel& model, RunFolder& folder, cons
 }
 
 // The gradients of one step go on until their error is small enough; what they take is not known in advance, so time ends whole steps.
-std::unique_ptr<BatchedModel> batchedModel(const Options& options, const Report& report, ImageModel& inner) {
+std::unique_ptr<BatchedModel> batchedModel(const Options& options, ImageModel& inner) {
     if (!options.errorTarget)
         return nullptr;
-    SampleBudget budget = sampleBudget(options, report, options.effectiveSppGradient());
-    budget.seconds.reset();
-    return std::make_unique<BatchedModel>(inner, budget);
+    const std::uint32_t batches = options.effectiveBatches();
+    return std::make_unique<BatchedModel>(
+        inner, SampleBudget{.batches = batches, .samples = options.effectiveSppGradient() / batches, .error = double(*options.errorTarget)});
 }
 
 ExitStatus tellErrors(const Options& options, Report& report, const BatchedModel& model) {
@@ -203,7 +203,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
                      .learn = usesGuide(options),
                      .freeze = options.freeze.value_or(~0u),
                      .wrap = [&](ImageModel& inner) {
-                         std::unique_ptr<BatchedModel> model = batchedModel(options, report, inner);
+                         std::unique_ptr<BatchedModel> model = batchedModel(options, inner);
                          batched = model.get();
                          return model;
                      }});
@@ -242,7 +242,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         showStep(run, display);
         if (step.step == 0)
             for (std::size_t p = 0; p < session.parameters.size(); ++p)
-                session.warnUnreached(session.parameters[p], step.gradientNorm[p] > 0);
+                warnUnreached(session.scene.parameters[session.parameters[p]].name, step.gradientNorm[p] > 0);
         if (!options.quiet)
             progress.update(step);
     };

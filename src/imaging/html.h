@@ -10,6 +10,7 @@ namespace cmpg {
 
 std::string escapeHtml(const std::string& text);
 std::string pngDataUri(const Image& image); // linear values, as writePng takes them
+std::string svgImage(const std::string& svg); // an element that holds the file: names inside one do not meet those of another
 
 struct HtmlFigure {
     Image image;         // shown pixel by pixel where it is small

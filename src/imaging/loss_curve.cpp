@@ -1,7 +1,7 @@
 // The loss over the steps of an optimisation, as an SVG and drawn into a canvas.
 #include "imaging/loss_curve.h"
 
-#include "imaging/html.h"
+#include "imaging/drawing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,8 @@
 
 namespace cmpg {
 namespace {
+
+constexpr double kLetters = 11;
 
 std::string number(double value) {
     char text[32];
@@ -45,7 +47,7 @@ void linearTicks(CurveAxes& axes) {
 std::optional<std::pair<double, double>> band(const CurveAxes& axes, std::span<const double> loss, std::span<const double> error, std::size_t i) {
     if (i >= error.size() || !std::isfinite(loss[i]) || !(error[i] >= 0) || std::isinf(error[i]))
         return std::nullopt;
-    const auto up = [&](double value) { return std::clamp(axes.up(value), 0.0, 1.0); };
+    const auto up = [&](double value) { return std::clamp(axes.up(value), -9.0, 10.0); }; // what is drawn is cut off at 0 and 1
     return std::pair{up(loss[i] - error[i]), up(loss[i] + error[i])};
 }
 
@@ -86,80 +88,75 @@ CurveAxes axesOf(std::span<const double> loss) {
     return axes;
 }
 
-void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error) {
+namespace {
+
+void draw(Drawing& drawing, double left, double right, double top, double bottom, std::span<const double> loss, std::span<const double> error) {
+    using Anchor = Drawing::Anchor;
+    const char *const grid = "#e1e1e1", *const ink = "#3c3c3c";
     const CurveAxes axes = axesOf(loss);
-    const Color grid = displayColor(225, 225, 225), ink = displayColor(60, 60, 60), blue = displayColor(0, 90, 170),
-                pale = displayColor(185, 210, 235);
-    const int left = x + 48, right = x + width - 10, top = y + 8, bottom = y + height - 22;
-    for (int i = left; i <= right; ++i) { // column by column: the step nearest to each
-        const auto step = std::size_t(std::lround(axes.steps * (i - left) / (right - left)));
-        if (const auto ends = step < loss.size() ? band(axes, loss, error, step) : std::nullopt)
-            canvas.line(i, bottom - ends->first * (bottom - top), i, bottom - ends->second * (bottom - top), pale);
-    }
-    for (const double tick : axes.ticks) {
-        const int row = int(std::lround(bottom - axes.up(tick) * (bottom - top)));
-        canvas.line(left, row, right, row, grid);
-        const std::string label = number(tick);
-        canvas.text(left - 4 - Canvas::textWidth(label), row - Canvas::textHeight() / 2, label, ink);
-    }
-    canvas.line(left, top, left, bottom, ink);
-    canvas.line(left, bottom, right, bottom, ink);
-    const std::string last = number(axes.steps);
-    canvas.text(left, bottom + 6, "0", ink);
-    canvas.text(right - Canvas::textWidth(last), bottom + 6, last, ink);
-    canvas.text((left + right - Canvas::textWidth("step")) / 2, bottom + 6, "step", ink);
-    const auto place = [&](std::size_t i) {
-        return std::pair{left + axes.across(double(i)) * (right - left), bottom - axes.up(loss[i]) * (bottom - top)};
+    const auto height = [&](double up) { return bottom - up * (bottom - top); };
+    const auto across = [&](std::size_t i) { return left + axes.across(double(i)) * (right - left); };
+    std::vector<Drawing::Point> above, below; // of the band, broken where a value is missing
+    const auto endBand = [&] {
+        if (above.size() == 1) { // as wide as a step, at least a pixel
+            const double half = std::max(0.5, 0.5 * (right - left) / axes.steps), x = above[0].first;
+            above = {{x - half, above[0].second}, {x + half, above[0].second}};
+            below = {{x - half, below[0].second}, {x + half, below[0].second}};
+        }
+        above.insert(above.end(), below.rbegin(), below.rend());
+        drawing.area(above, "#b9d2eb", left, top, right, bottom);
+        above.clear();
+        below.clear();
     };
     for (std::size_t i = 0; i < loss.size(); ++i) {
-        if (!std::isfinite(loss[i]))
-            continue;
-        const auto [x1, y1] = place(i);
-        const auto [x0, y0] = i > 0 && std::isfinite(loss[i - 1]) ? place(i - 1) : std::pair{x1, y1};
-        canvas.line(x0, y0, x1, y1, blue, 2);
+        if (const auto ends = band(axes, loss, error, i)) {
+            below.emplace_back(across(i), height(ends->first));
+            above.emplace_back(across(i), height(ends->second));
+        } else {
+            endBand();
+        }
     }
+    endBand();
+    for (const double tick : axes.ticks) {
+        drawing.line(left, height(axes.up(tick)), right, height(axes.up(tick)), grid);
+        drawing.text(left - 4, height(axes.up(tick)) + 4, number(tick), Anchor::End, ink, kLetters);
+    }
+    drawing.line(left, top, left, bottom, ink);
+    drawing.line(left, bottom, right, bottom, ink);
+    drawing.text(left, bottom + 14, "0", Anchor::Start, ink, kLetters);
+    drawing.text(right, bottom + 14, number(axes.steps), Anchor::End, ink, kLetters);
+    drawing.text((left + right) / 2, bottom + 14, "step", Anchor::Middle, ink, kLetters);
+    std::vector<Drawing::Point> run; // broken where a value is missing
+    const auto end = [&] {
+        if (run.size() == 1)
+            drawing.circle(run[0].first, run[0].second, 1, "#005aaa");
+        else
+            drawing.path(run, "#005aaa", 2);
+        run.clear();
+    };
+    for (std::size_t i = 0; i < loss.size(); ++i) {
+        if (std::isfinite(loss[i]))
+            run.emplace_back(across(i), height(axes.up(loss[i])));
+        else
+            end();
+    }
+    end();
+}
+
+} // namespace
+
+void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error) {
+    Drawing drawing(Drawing::Target::Picture, width, height);
+    draw(drawing, 48, width - 10, 8, height - 22, loss, error);
+    canvas.picture(x, y, width, height, drawing.picture());
 }
 
 std::string lossCurveSvg(std::span<const double> loss, const std::string& title, std::span<const double> error) {
-    constexpr double kWidth = 640, kHeight = 360, kLeft = 70, kRight = 620, kTop = 36, kBottom = 315;
-    const CurveAxes axes = axesOf(loss);
-    const auto px = [&](double step) { return kLeft + axes.across(step) * (kRight - kLeft); };
-    const auto py = [&](double value) { return kBottom - axes.up(value) * (kBottom - kTop); };
-    char text[256];
-    std::string svg;
-    const auto add = [&](const char* format, auto... values) {
-        std::snprintf(text, sizeof text, format, values...);
-        svg += text;
-    };
-    add("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" "
-        "font-size=\"12\">\n",
-        kWidth, kHeight, kWidth, kHeight);
-    svg += "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-    svg += "<text x=\"70\" y=\"22\" font-size=\"14\">" + escapeHtml(title) + "</text>\n";
-    for (const double tick : axes.ticks) {
-        add("<line x1=\"%g\" y1=\"%.2f\" x2=\"%g\" y2=\"%.2f\" stroke=\"#ddd\"/>", kLeft, py(tick), kRight, py(tick));
-        add("<text x=\"%g\" y=\"%.2f\" text-anchor=\"end\">%s</text>\n", kLeft - 6, py(tick) + 4, number(tick).c_str());
-    }
-    add("<path d=\"M%g %gV%gH%g\" fill=\"none\" stroke=\"#333\"/>\n", kLeft, kTop, kBottom, kRight);
-    add("<text x=\"%g\" y=\"%g\">0</text>", kLeft, kBottom + 18);
-    add("<text x=\"%g\" y=\"%g\" text-anchor=\"end\">%g</text>", kRight, kBottom + 18, axes.steps);
-    add("<text x=\"%g\" y=\"%g\" text-anchor=\"middle\">step</text>\n", (kLeft + kRight) / 2, kBottom + 32);
-    // A band of vertical strokes: gaps in the values need no care.
-    const double stroke = std::max(1.0, (kRight - kLeft) / axes.steps);
-    svg += "<path stroke=\"#b9d2eb\" stroke-width=\"" + number(stroke) + "\" d=\"";
-    for (std::size_t i = 0; i < loss.size(); ++i)
-        if (const auto ends = band(axes, loss, error, i))
-            add("M%.2f %.2fV%.2f", px(double(i)), kBottom - ends->first * (kBottom - kTop), kBottom - ends->second * (kBottom - kTop));
-    svg += "\"/>\n";
-    svg += "<path fill=\"none\" stroke=\"#005aaa\" stroke-width=\"1.5\" d=\"";
-    bool drawing = false;
-    for (std::size_t i = 0; i < loss.size(); ++i) {
-        const bool finite = std::isfinite(loss[i]);
-        if (finite)
-            add("%c%.2f %.2f", drawing ? 'L' : 'M', px(double(i)), py(loss[i]));
-        drawing = finite;
-    }
-    return svg + "\"/>\n</svg>\n";
+    constexpr double kWidth = 640, kHeight = 360;
+    Drawing drawing(Drawing::Target::Svg, kWidth, kHeight, title);
+    drawing.text(70, 22, title, Drawing::Anchor::Start, "#000000", 14);
+    draw(drawing, 70, 620, 36, 330, loss, error);
+    return drawing.svg();
 }
 
 } // namespace cmpg

@@ -1,10 +1,10 @@
 // A picture to draw into: images, text, lines.
 #include "imaging/png_canvas.h"
 
+#include "imaging/cairo_text.h"
+
 #include <algorithm>
-#include <cairo/cairo.h>
 #include <cmath>
-#include <memory>
 #include <string>
 
 namespace cmpg {
@@ -26,16 +26,10 @@ Color boxMean(const Image& image, double x0, double y0, double x1, double y1) {
     return {float(sum[0] / area), float(sum[1] / area), float(sum[2] / area)};
 }
 
-struct Destroy {
-    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-    void operator()(cairo_t* context) const { cairo_destroy(context); }
-    void operator()(cairo_font_options_t* options) const { cairo_font_options_destroy(options); }
-};
-
 // A mask to draw into: how much of each pixel of a part of a picture is covered.
 struct Mask {
-    std::unique_ptr<cairo_surface_t, Destroy> surface;
-    std::unique_ptr<cairo_t, Destroy> context;
+    CairoSurface surface;
+    CairoContext context;
 
     Mask(int width, int height) : surface(cairo_image_surface_create(CAIRO_FORMAT_A8, width, height)), context(cairo_create(surface.get())) {}
 
@@ -55,29 +49,6 @@ float mixed(float ground, float ink, float covered) {
 
 constexpr double kFontSize = 10; // whose capitals are 7 pixels high
 constexpr int kCapitals = 7, kDescent = 3;
-
-void setFont(cairo_t* context, int zoom) {
-    cairo_select_font_face(context, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(context, kFontSize * zoom);
-    // The same on every machine, whatever its settings; strokes lie on rows of pixels.
-    const std::unique_ptr<cairo_font_options_t, Destroy> options(cairo_font_options_create());
-    cairo_font_options_set_antialias(options.get(), CAIRO_ANTIALIAS_GRAY);
-    cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_FULL);
-    cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_ON);
-    cairo_set_font_options(context, options.get());
-}
-
-// What is no UTF-8 shows as '?', control characters do as well.
-std::string drawable(std::string_view text) {
-    std::string result(text);
-    std::replace_if(result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-    Mask mask(1, 1);
-    cairo_text_extents_t ignored;
-    cairo_text_extents(mask.context.get(), result.c_str(), &ignored);
-    if (cairo_status(mask.context.get()) != CAIRO_STATUS_SUCCESS)
-        std::replace_if(result.begin(), result.end(), [](unsigned char c) { return c >= 0x80; }, '?');
-    return result;
-}
 
 } // namespace
 
@@ -134,9 +105,9 @@ void Canvas::line(double x0, double y0, double x1, double y1, Color color, int t
 void Canvas::text(int x, int y, std::string_view text, Color color, int zoom) {
     const int baseline = y + kCapitals * zoom;
     blend(x - zoom, y - kDescent * zoom, textWidth(text, zoom) + 2 * zoom, (kCapitals + 2 * kDescent) * zoom, color, [&](cairo_t* context) {
-        setFont(context, zoom);
+        setFont(context, kFontSize * zoom);
         cairo_move_to(context, x, baseline);
-        cairo_show_text(context, drawable(text).c_str());
+        cairo_show_text(context, drawableText(text).c_str());
     });
 }
 
@@ -155,9 +126,9 @@ void Canvas::picture(int x, int y, int width, int height, const Image& image) {
 
 int Canvas::textWidth(std::string_view text, int zoom) {
     Mask mask(1, 1);
-    setFont(mask.context.get(), zoom);
+    setFont(mask.context.get(), kFontSize * zoom);
     cairo_text_extents_t extents;
-    cairo_text_extents(mask.context.get(), drawable(text).c_str(), &extents);
+    cairo_text_extents(mask.context.get(), drawableText(text).c_str(), &extents);
     return int(std::ceil(extents.x_advance));
 }
 int Canvas::textHeight(int zoom) {

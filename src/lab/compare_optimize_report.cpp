@@ -134,7 +134,7 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& co
         pictures.push_back({target.image, "a further target"});
     pictures.push_back({subject.picture, "the scene at the start"});
     part.html += htmlFigures(plainFigures(pictures, true));
-    part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + part.svg + "</div>\n" + htmlTable(tableOf(comparison)) +
+    part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + svgImage(part.svg) + "</div>\n" + htmlTable(tableOf(comparison)) +
                  recoveredFigures(subject, comparison) +
                  "<details><summary>How to read this</summary>\n<p>The right values are known, so the error is that of the recovered values "
                  "themselves, not of an image. Methods take turns, step by step. Learning and rebuilding of guides count; compilation does not. " +

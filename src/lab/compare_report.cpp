@@ -234,7 +234,7 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
     const std::string result = headline(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
-    part.html += subjectFigures(subject, mode) + "<h3>Error over time</h3>\n<div class=\"plot\">" + part.svg + "</div>\n" +
+    part.html += subjectFigures(subject, mode) + "<h3>Error over time</h3>\n<div class=\"plot\">" + svgImage(part.svg) + "</div>\n" +
                  htmlTable(gradientTable(subject, comparison, facts)) + estimateFigures(subject, mode, comparison) + explanation(comparison) +
                  "</section>\n";
 

@@ -1,8 +1,5 @@
-// Errors over time, both axes logarithmic, as an SVG.
+// Errors over time, both axes logarithmic.
 #include "lab/error_plot.h"
-
-#include "imaging/html.h"
-#include "imaging/plot_axes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,25 +10,36 @@ namespace {
 
 constexpr double kWidth = 760, kHeight = 420, kLeft = 74, kRight = 560, kTop = 40, kBottom = 366;
 
-std::string format(const char* text, auto... values) {
-    char buffer[400];
-    std::snprintf(buffer, sizeof buffer, text, values...);
-    return buffer;
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
 }
 
 } // namespace
-
-std::string svgFile(std::string svg) {
-    constexpr std::size_t kTag = 4; // "<svg"
-    return svg.insert(kTag, " xmlns=\"http://www.w3.org/2000/svg\"");
-}
 
 std::string curveColor(std::size_t index) {
     constexpr const char* kColors[] = {"#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"};
     return kColors[index % std::size(kColors)];
 }
 
-std::string ErrorPlot::svg() const {
+void drawLogAxes(Drawing& drawing, const LogAxis& across, const LogAxis& up, const std::string& below, const std::string& beside) {
+    using Anchor = Drawing::Anchor;
+    const char *const grid = "#e2e2e2", *const frame = "#444444";
+    for (const double tick : ticksOf(up)) {
+        drawing.line(across.from, up.place(tick), across.to, up.place(tick), grid);
+        drawing.text(across.from - 6, up.place(tick) + 4, number(tick), Anchor::End);
+    }
+    for (const double tick : ticksOf(across)) {
+        drawing.line(across.place(tick), up.to, across.place(tick), up.from, grid);
+        drawing.text(across.place(tick), up.from + 17, number(tick), Anchor::Middle);
+    }
+    drawing.box(across.from, up.to, across.to, up.from, frame);
+    drawing.text((across.from + across.to) / 2, up.from + 38, below, Anchor::Middle);
+    drawing.upwards(16, (up.from + up.to) / 2, beside);
+}
+
+void ErrorPlot::draw(Drawing& drawing) const {
     PlotBounds bounds;
     for (const ErrorCurve& curve : curves)
         for (const auto& [seconds, error] : curve.points)
@@ -41,51 +49,39 @@ std::string ErrorPlot::svg() const {
         bounds.y0 = std::min(bounds.y0, std::max(*floor, bounds.y0 / 30)); // far below the curves it says nothing
     const LogAxis across = bounds.across(kLeft, kRight), up = bounds.up(kBottom, kTop);
 
-    std::string svg = format("<svg viewBox=\"0 0 %g %g\" font-family=\"sans-serif\" font-size=\"12\" "
-                             "role=\"img\">\n<rect width=\"%g\" height=\"%g\" fill=\"white\"/>\n",
-                             kWidth, kHeight, kWidth, kHeight);
-    svg += format("<text x=\"%g\" y=\"22\" font-size=\"15\">", kLeft) + escapeHtml(title) + "</text>\n";
-    for (const double tick : ticksOf(up)) {
-        svg += format("<line x1=\"%g\" y1=\"%.1f\" x2=\"%g\" y2=\"%.1f\" stroke=\"#e2e2e2\"/>", kLeft, up.place(tick), kRight, up.place(tick));
-        svg += format("<text x=\"%g\" y=\"%.1f\" text-anchor=\"end\">%.3g</text>\n", kLeft - 6, up.place(tick) + 4, tick);
-    }
-    for (const double tick : ticksOf(across)) {
-        svg += format("<line x1=\"%.1f\" y1=\"%g\" x2=\"%.1f\" y2=\"%g\" stroke=\"#e2e2e2\"/>", across.place(tick), kTop, across.place(tick),
-                      kBottom);
-        svg += format("<text x=\"%.1f\" y=\"%g\" text-anchor=\"middle\">%.3g</text>\n", across.place(tick), kBottom + 17, tick);
-    }
-    svg += format("<rect x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" fill=\"none\" stroke=\"#444\"/>\n", kLeft, kTop, kRight - kLeft,
-                  kBottom - kTop);
-    svg += format("<text x=\"%g\" y=\"%g\" text-anchor=\"middle\">seconds</text>\n", (kLeft + kRight) / 2, kBottom + 38);
-    svg += format("<text transform=\"translate(16 %g) rotate(-90)\" text-anchor=\"middle\">", (kTop + kBottom) / 2) + escapeHtml(vertical) +
-           "</text>\n";
+    drawing.text(kLeft, 22, title, Drawing::Anchor::Start, "#000000", 15);
+    drawLogAxes(drawing, across, up, "seconds", vertical);
     if (hasFloor && up.place(*floor) <= kBottom) {
-        svg += format("<line x1=\"%g\" y1=\"%.1f\" x2=\"%g\" y2=\"%.1f\" stroke=\"#777\" stroke-dasharray=\"5 4\"/>", kLeft, up.place(*floor),
-                      kRight, up.place(*floor));
-        svg += format("<text x=\"%g\" y=\"%.1f\" fill=\"#666\">", kLeft + 6, up.place(*floor) - 5) + escapeHtml(floorName) + "</text>\n";
+        drawing.line(kLeft, up.place(*floor), kRight, up.place(*floor), "#777777", 1, true);
+        drawing.text(kLeft + 6, up.place(*floor) - 5, floorName, Drawing::Anchor::Start, "#666666");
     }
     for (std::size_t i = 0; i < curves.size(); ++i) {
         const std::string color = curveColor(i);
-        std::string path, marks;
-        std::size_t count = 0;
-        for (const auto& point : curves[i].points) {
-            if (!drawable(point.first, point.second))
-                continue;
-            const double x = across.place(point.first), y = up.place(point.second);
-            path += format("%c%.1f %.1f", path.empty() ? 'M' : 'L', x, y);
-            marks += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>", x, y);
-            ++count;
-        }
-        if (!path.empty())
-            svg += "<path fill=\"none\" stroke-width=\"2\" stroke-linejoin=\"round\" stroke=\"" + color + "\" d=\"" + path + "\"/>\n";
+        std::vector<Drawing::Point> points;
+        for (const auto& [seconds, error] : curves[i].points)
+            if (drawable(seconds, error))
+                points.emplace_back(across.place(seconds), up.place(error));
+        drawing.path(points, color, 2);
         constexpr std::size_t kMostMarks = 40; // a step each would be a sausage
-        if (count <= kMostMarks)
-            svg += "<g fill=\"" + color + "\">" + marks + "</g>\n";
+        if (points.size() <= kMostMarks)
+            for (const auto& [x, y] : points)
+                drawing.circle(x, y, 2.6, color);
         const double y = kTop + 14 + 20 * double(i);
-        svg += format("<line x1=\"%g\" y1=\"%g\" x2=\"%g\" y2=\"%g\" stroke-width=\"3\" stroke=\"", kRight + 14, y, kRight + 34, y) + color +
-               format("\"/><text x=\"%g\" y=\"%g\">", kRight + 40, y + 4) + escapeHtml(curves[i].name) + "</text>\n";
+        drawing.line(kRight + 14, y, kRight + 34, y, color, 3);
+        drawing.text(kRight + 40, y + 4, curves[i].name);
     }
-    return svg + "</svg>\n";
+}
+
+std::string ErrorPlot::svg() const {
+    Drawing drawing(Drawing::Target::Svg, kWidth, kHeight, title);
+    draw(drawing);
+    return drawing.svg();
+}
+
+Image ErrorPlot::picture() const {
+    Drawing drawing(Drawing::Target::Picture, kWidth, kHeight);
+    draw(drawing);
+    return drawing.picture();
 }
 
 } // namespace cmpg

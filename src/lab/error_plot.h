@@ -1,5 +1,8 @@
-// Errors over time, both axes logarithmic, as an SVG.
+// Errors over time, both axes logarithmic.
 #pragma once
+
+#include "imaging/drawing.h"
+#include "imaging/plot_axes.h"
 
 #include <optional>
 #include <string>
@@ -17,11 +20,13 @@ struct ErrorPlot {
     std::vector<ErrorCurve> curves;
     std::optional<double> floor;       // an error below which nothing is known
     std::string floorName;
-    std::string svg() const; // an element of a page; no script, nothing loaded
+    void draw(Drawing& drawing) const;
+    std::string svg() const; // a file
+    Image picture() const;
 };
 
-// The same as a file of its own.
-std::string svgFile(std::string svg);
+// Grid, frame and names of two logarithmic axes.
+void drawLogAxes(Drawing& drawing, const LogAxis& across, const LogAxis& up, const std::string& below, const std::string& beside);
 
 // Colour of a curve, "#rrggbb": tell apart with every common kind of colour blindness (Okabe and Ito 2008).
 std::string curveColor(std::size_t index);

@@ -19,7 +19,7 @@ struct ParetoPlot {
     std::string title, across, up;      // of the axes
     std::vector<ParetoPoint> points;    // the first is larger: the defaults
     std::vector<std::size_t> frontier;  // indices into points, from left to right
-    std::string svg() const; // an element of a page
+    std::string svg() const; // a file
     Image png() const;       // linear RGB
 };
 

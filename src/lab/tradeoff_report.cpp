@@ -254,7 +254,7 @@ std::string tradeoffDocument(const CompareSubject& subject, const std::string& d
     std::string body = "<h1>" + escapeHtml(name) + ": speed against accuracy</h1>\n<p class=\"lead\">" + what + "<code>" + escapeHtml(names) + "</code>, " +
                        std::to_string(subject.view.width) + " &times; " + std::to_string(subject.view.height) + " pixels, on " + escapeHtml(device) +
                        ", measured in " + shortNumber(report.seconds) + " s.</p>\n<section>\n<h2>One knob at a time</h2>\n<p class=\"result\">On the frontier: <b>" +
-                       escapeHtml(headline(report)) + "</b>.</p>\n<div class=\"plot\">" + tradeoffPlot(report).svg() + "</div>\n" +
+                       escapeHtml(headline(report)) + "</b>.</p>\n<div class=\"plot\">" + svgImage(tradeoffPlot(report).svg()) + "</div>\n" +
                        htmlTable(table(report, "single"));
     if (!report.unused.empty()) {
         std::string list;

@@ -4,10 +4,13 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "library/states.h"
+#include "optimize/batched_model.h"
 #include "optimize/content_identity.h"
 #include "optimize/gradient_watch.h"
 #include "optimize/recovery_config.h"
 #include "optimize/recovery_run.h"
+#include "render/saved_guide.h"
+#include "scene/file_io.h"
 #include "scene/parameter_values.h"
 
 #include <algorithm>
@@ -27,6 +30,10 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
     require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
     require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
     require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
+    if (options.errorTarget != 0) {
+        require(options.errorTarget >= 1e-6 && options.errorTarget <= 100, "error-target", "from 1e-6 to 100, or 0");
+        require(options.sppGradient >= kFewestBatches, "spp-gradient", "at least 8 under an error target");
+    }
     for (const auto& [slot, rate] : options.rates)
         require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
     return configOf(options);
@@ -93,6 +100,23 @@ Checkpoint::Identity identityOf(const RecoveryOptions& o, const OptimizeConfig& 
     add("positivize", o.paths.positivize);
     add("no-nee", !o.paths.lightSampling);
     add("guide-memory", double(o.paths.guideMemory));
+    // What was not there at first is named where it is no default.
+    const PathOptions& paths = o.paths;
+    const PathOptions usual;
+    const auto addUnusual = [&](const std::string& name, double value, double initial) {
+        if (value != initial)
+            add(name, value);
+    };
+    addUnusual("error-target", o.errorTarget, 0);
+    addUnusual("sampler", double(paths.sampler), double(usual.sampler));
+    addUnusual("guide-share", double(paths.guide.share), double(usual.guide.share));
+    addUnusual("roulette-effort", double(paths.guide.rouletteEffort), double(usual.guide.rouletteEffort));
+    addUnusual("cell-records", paths.guide.cellRecords, usual.guide.cellRecords);
+    addUnusual("direction-share", paths.guide.directionShare, usual.guide.directionShare);
+    addUnusual("forgetting", paths.guide.forgetting, usual.guide.forgetting);
+    addUnusual("save-guide", paths.guide.keep, usual.guide.keep);
+    if (!paths.guide.load.empty())
+        identity.emplace_back("the guide that was loaded", digestOf(readFile(paths.guide.load)));
     return identity;
 }
 
@@ -125,6 +149,7 @@ struct Recovery::State {
     std::function<void()> call;
     std::optional<RecoveryRun> run;
     bool prepared = false;
+    const BatchedModel* batched = nullptr; // where gradients have an error target
 
     State(std::shared_ptr<Device::State> d, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
         : device(std::move(d)), scene(copyOf(source, options.parameters, parameters, revisions)), steps(options.steps) {
@@ -138,7 +163,14 @@ struct Recovery::State {
             plan.views.push_back({&scene.camera(target.camera), target.image.width, target.image.height});
         }
         RenderConfig config = renderConfig(options.paths, scene, parameters);
-        plan.learn = options.paths.sampling != Sampling::Bsdf || options.paths.roulette;
+        plan.learn = options.paths.sampling != Sampling::Bsdf || options.paths.roulette || options.paths.guide.keep;
+        if (options.errorTarget > 0)
+            plan.wrap = [&](ImageModel& inner) {
+                auto model = std::make_unique<BatchedModel>(
+                    inner, SampleBudget{.batches = kFewestBatches, .samples = options.sppGradient / kFewestBatches, .error = options.errorTarget});
+                batched = model.get();
+                return model;
+            };
         plan.freeze = options.freeze > 0 ? options.freeze : ~0u;
         config.guiding = config.learning = plan.learn;
         config.roulette = options.paths.roulette;
@@ -148,10 +180,9 @@ struct Recovery::State {
             identity.push_back(std::move(entry));
         const std::lock_guard lock(device->mutex);
         run.emplace(device->device, scene, config,
-                    GuidedOptions{.sampling = options.paths.sampling,
-                                  .pixels = options.paths.pixelSampling,
-                                  .positivize = options.paths.positivize,
-                                  .roulette = options.paths.roulette});
+                    guidedOptions(options.paths));
+        if (plan.learn && !options.paths.guide.load.empty())
+            run->passes().load(readGuide(options.paths.guide.load, scene, &parameters));
         run->begin(std::move(plan));
     }
     ~State() {
@@ -270,6 +301,20 @@ bool Recovery::resume(const std::filesystem::path& folder) {
     const std::lock_guard lock(state_->device->mutex);
     cmpg::resume(*found, state_->run->optimization(), state_->run->model());
     return true;
+}
+
+GradientErrors Recovery::errors() const {
+    const std::lock_guard lock(state_->device->mutex);
+    return state_->batched ? state_->batched->tally() : GradientErrors{};
+}
+
+void Recovery::saveGuide(const std::filesystem::path& file) const {
+    const std::lock_guard lock(state_->device->mutex);
+    const RecoveryRun& run = *state_->run;
+    if (!run.renderer().hasGuide())
+        throw Error(ErrorKind::Usage, "there is no guide to save: directions are drawn from the materials alone", {}, "have one kept, or choose another sampling",
+                    {"save-guide", "sampling"});
+    writeGuide(file, state_->scene, state_->parameters, run.renderer(), run.passes());
 }
 
 void Recovery::onSubmission(std::function<void()> call) {

@@ -1,13 +1,13 @@
-// Renderers of the library's surface: passes over a copy of the scene that follows its values.
+// Renderers of the library's surface: passes, their learning and their budgets.
 #include <cmpg/renderer.h>
 
 #include "base/error.h"
-#include "library/states.h"
-#include "render/guided_passes.h"
-#include "scene/image_size.h"
+#include "library/renderer_state.h"
+#include "optimize/gradient_check.h"
+#include "render/saved_guide.h"
+#include "scene/parameter_values.h"
 
 #include <algorithm>
-#include <optional>
 
 namespace cmpg::v1 {
 namespace {
@@ -15,175 +15,105 @@ namespace {
 using Mode = cmpg::Renderer::Mode;
 using Gradients = std::vector<std::vector<double>>;
 
-void requireValid(const PassOptions& pass) {
-    constexpr int kMostEdge = 1 << 15;
-    require(pass.spp >= 1 && pass.spp <= kMostSamples, "spp", "from 1 to 16777216");
-    require(pass.trainSpp <= kMostSamples, "train-spp", "at most 16777216");
-    require(pass.train <= 100000, "train", "at most 100000 passes");
-    require(pass.width >= 0 && pass.width <= kMostEdge, "width", "from 1 to 32768, or 0");
-    require(pass.height >= 0 && pass.height <= kMostEdge, "height", "from 1 to 32768, or 0");
-    if (pass.frozen && pass.train > 0)
-        throw Error(ErrorKind::Usage, "a frozen pass draws from no guide", "its random numbers are those of an image without one",
-                    "leave learning passes away", {"train"});
+// Adds `spp` samples to a film by pass(samples), in growing parts of at most about half a second, and shows it after each. The film is what
+// one pass would have made.
+template <class Pass> void grow(Film& film, std::uint32_t spp, const std::function<void(const Image&)>& show, Pass&& pass) {
+    constexpr double kLong = 0.5;
+    std::uint32_t part = 1;
+    while (film.samples < spp) {
+        const Stopwatch watch;
+        part = std::min(part, spp - film.samples);
+        pass(part);
+        show(film.image());
+        if (watch.seconds() < kLong / 2)
+            part *= 2;
+    }
 }
 
-std::optional<std::uint32_t> given(int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; }
+// An image in whatever way the options ask for. `all`: one pass with its layers; `more`: further samples of a film.
+template <class All, class More>
+Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Layers& layers, bool grows, All&& all, More&& more) {
+    if (pass.onImage && grows) {
+        Film film(view.width, view.height, pass.layers);
+        grow(film, spp, pass.onImage, [&](std::uint32_t samples) { more(samples, film); });
+        if (pass.layers)
+            layers = film.layers();
+        return film.image();
+    }
+    Image image = all(pass.layers ? &layers : nullptr);
+    if (pass.onImage)
+        pass.onImage(image);
+    return image;
+}
+
+void requireNoLayers(const PassOptions& pass, const std::string& what) {
+    if (pass.layers)
+        throw Error(ErrorKind::Usage, what, {}, "leave layers away", {"layers"});
+}
 
 } // namespace
-
-struct Renderer::State {
-    std::shared_ptr<Device::State> device;
-    std::shared_ptr<Scene::State> source;
-    RendererOptions options;
-    std::vector<std::uint32_t> parameters;
-    std::vector<std::uint64_t> revisions; // of the source's parameters, as they are in `scene`
-    cmpg::Scene scene;
-    std::function<void()> call;
-    std::unique_ptr<cmpg::Renderer> renderer; // null: to be made
-    std::unique_ptr<GuidedPasses> passes;
-    bool guided = false; // the renderer has a guide
-
-    State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o)
-        : device(std::move(d)), source(std::move(s)), options(o), scene(copyOf(*source, o.parameters, parameters, revisions)) {
-        renderConfig(options.paths, scene, parameters); // throws
-    }
-    ~State() {
-        const std::lock_guard lock(device->mutex);
-        drop();
-    }
-    State(const State&) = delete;
-
-    void drop() {
-        passes.reset();
-        renderer.reset();
-        guided = false;
-    }
-
-    // For passes of a mode, with a guide that knows nothing if they `learn` first.
-    void ensure(Mode mode, bool learn) {
-        if (renderer && !learn)
-            return;
-        drop();
-        const bool roulette = options.paths.roulette && mode == Mode::Reverse;
-        RenderConfig config = renderConfig(options.paths, scene, parameters);
-        guided = learn && (options.paths.sampling != Sampling::Bsdf || roulette);
-        config.guiding = guided;
-        config.roulette = guided && roulette;
-        renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
-        passes = std::make_unique<GuidedPasses>(*renderer, GuidedOptions{.sampling = options.paths.sampling,
-                                                                         .pixels = options.paths.pixelSampling,
-                                                                         .positivize = options.paths.positivize,
-                                                                         .roulette = roulette});
-    }
-
-    // Takes over what has changed in the source.
-    void follow() {
-        const std::lock_guard lock(source->mutex);
-        for (std::uint32_t p = 0; p < revisions.size(); ++p) {
-            if (revisions[p] == source->revisions[p])
-                continue;
-            revisions[p] = source->revisions[p];
-            const bool differentiable = std::find(parameters.begin(), parameters.end(), p) != parameters.end();
-            if (renderer && differentiable) {
-                renderer->setParameter(p, source->scene.parameters[p].values);
-            } else {
-                drop(); // kernels are made for the values of the others
-                scene.parameters[p] = source->scene.parameters[p];
-            }
-        }
-    }
-
-    View viewOf(const PassOptions& pass) const {
-        View view;
-        view.camera = &scene.camera(pass.camera);
-        std::tie(view.width, view.height) = imageSize(*view.camera, given(pass.width), given(pass.height), 512);
-        return view;
-    }
-
-    // Error(Numerical) if a substantial part of the contributions since then was left out.
-    void requireFew(const RenderStatistics& before) const {
-        const RenderStatistics& now = renderer->statistics();
-        const auto lost = [](const RenderStatistics& statistics) {
-            std::uint64_t sum = 0;
-            for (const auto& [kind, count] : statistics.dropped)
-                sum += count;
-            return sum;
-        };
-        constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
-        if (double(lost(now) - lost(before)) > kTolerable * double(now.paths - before.paths))
-            throw Error(ErrorKind::Numerical, "more than one path in a hundred was dropped", "values of the scene are so large or small that floats overflow",
-                        "look for extreme emission, intensities or sizes in the scene");
-    }
-
-    // Runs a pass of a mode, after its learning passes.
-    template <class Train, class Run> auto pass(Mode mode, const PassOptions& how, Train&& train, Run&& run) {
-        const std::lock_guard lock(device->mutex);
-        follow();
-        ensure(mode, how.train > 0);
-        renderer->setInteraction(interactionOf(call));
-        const RenderStatistics before = renderer->statistics();
-        try {
-            if (guided && how.train > 0)
-                train(how.trainSpp > 0 ? how.trainSpp : how.spp);
-            auto result = run();
-            requireFew(before);
-            return result;
-        } catch (...) {
-            if (guided) // it may be half of what was asked for
-                drop();
-            throw;
-        }
-    }
-};
 
 Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptions& options)
     : state_(std::make_shared<State>(device.state(), scene.state(), options)) {}
 
-Image Renderer::render(const PassOptions& pass) {
+Image Renderer::render(const PassOptions& pass, PassReport* report) {
     requireValid(pass);
     State& s = *state_;
     const View view = s.viewOf(pass);
+    const PassKey key{.seed = pass.seed};
     return s.pass(
-        Mode::Render, pass, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
-        [&] {
-            if (!pass.frozen)
-                return s.passes->render(view, pass.spp, {.seed = pass.seed});
-            return s.renderer->render(view, pass.spp, {.seed = pass.seed});
+        Mode::Render, view, pass, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
+        [&](std::uint32_t spp) {
+            if (batchesOf(pass) > 0)
+                return toImage(s.spend(pass, view, key, true,
+                                       [&](std::uint32_t samples, const PassKey& part) { return fromImage(s.passes->render(view, samples, part)); }),
+                               view.width, view.height);
+            if (pass.frozen)
+                return s.renderer->render(view, spp, key, {}, nullptr, pass.layers ? &s.told.layers : nullptr);
+            return imageOf(
+                pass, view, spp, s.told.layers, true, [&](Layers* layers) { return s.passes->render(view, spp, key, layers); },
+                [&](std::uint32_t samples, Film& film) { s.passes->render(view, samples, key, film); });
         });
 }
 
-Image Renderer::forward(std::span<const Direction> directions, const PassOptions& pass) {
+Image Renderer::forward(std::span<const Direction> directions, const PassOptions& pass, PassReport* report) {
     requireValid(pass);
     State& s = *state_;
+    const bool positivize = s.options.paths.positivize;
+    if (positivize)
+        requireNoLayers(pass, "the halves of positivised derivatives have mixtures of their own");
     const View view = s.viewOf(pass);
+    const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
     std::vector<std::uint32_t> parameters;
     std::vector<std::vector<float>> values;
     for (const Direction& direction : directions) {
-        const std::uint32_t index = s.scene.parameter(direction.parameter);
-        if (std::find(s.parameters.begin(), s.parameters.end(), index) == s.parameters.end())
-            throw Error(ErrorKind::Usage, direction.parameter + " was not named when the renderer was made",
-                        "kernels are made for the parameters that were", "name it there", {"param"});
-        if (direction.values.size() != s.scene.parameters[index].entries())
-            throw Error(ErrorKind::Usage,
-                        "the direction of " + direction.parameter + " has " + std::to_string(direction.values.size()) + " values, not " +
-                            std::to_string(s.scene.parameters[index].entries()),
-                        {}, "give one for every entry of the parameter");
-        parameters.push_back(index);
+        parameters.push_back(s.indexOf(direction));
         values.push_back(direction.values);
     }
     if (parameters.empty())
         throw Error(ErrorKind::Usage, "a derivative needs a direction", {}, "name a parameter and give its direction", {"param"});
     return s.pass(
-        Mode::Forward, pass, [&](std::uint32_t spp) { s.passes->trainForward(view, spp, pass.train, pass.seed, parameters, values); },
-        [&] {
-            if (!pass.frozen)
-                return s.passes->forward(view, pass.spp, {.seed = pass.seed, .pass = 1}, parameters, values);
-            return s.renderer->forward(view, pass.spp, {.seed = pass.seed}, parameters, values);
+        Mode::Forward, view, pass, report,
+        [&](std::uint32_t spp) { s.passes->trainForward(view, spp, pass.train, pass.seed, parameters, values); },
+        [&](std::uint32_t spp) {
+            if (batchesOf(pass) > 0)
+                return toImage(s.spend(pass, view, key, !positivize,
+                                       [&](std::uint32_t samples, const PassKey& part) {
+                                           return fromImage(s.passes->forward(view, samples, part, parameters, values));
+                                       }),
+                               view.width, view.height);
+            if (pass.frozen)
+                return s.renderer->forward(view, spp, frozen, parameters, values, {}, nullptr, pass.layers ? &s.told.layers : nullptr);
+            return imageOf(
+                pass, view, spp, s.told.layers, !positivize, // whose halves grow no film
+                [&](Layers* layers) { return s.passes->forward(view, spp, key, parameters, values, layers); },
+                [&](std::uint32_t samples, Film& film) { s.passes->forward(view, samples, key, parameters, values, film); });
         });
 }
 
-Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass) {
+Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, PassReport* report) {
     requireValid(pass);
+    requireNoLayers(pass, "layers belong to images");
     State& s = *state_;
     if (s.parameters.empty())
         throw Error(ErrorKind::Usage, "no parameter was named when the renderer was made", {}, "name what derivatives are asked for", {"param"});
@@ -196,20 +126,98 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass) {
     PassOptions sized = pass;
     sized.width = adjoint.width;
     sized.height = adjoint.height;
+    sized.onImage = {};
     const View view = s.viewOf(sized);
+    const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
+    const bool continues = !s.options.paths.positivize && s.options.paths.pixelSampling == PixelSampling::Uniform;
     return s.pass(
-        Mode::Reverse, pass, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
-        [&] {
+        Mode::Reverse, view, sized, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
+        [&](std::uint32_t spp) {
             Gradients gradients;
             for (const std::uint32_t p : s.parameters)
                 gradients.emplace_back(s.scene.parameters[p].entries());
-            if (pass.frozen) {
-                s.renderer->reverse(view, pass.spp, {.seed = pass.seed}, adjoint, {}, {}, gradients);
-            } else {
-                s.passes->reverse(view, pass.spp, {.seed = pass.seed, .pass = 1}, adjoint, gradients);
-            }
+            if (batchesOf(pass) > 0)
+                divide(s.spend(sized, view, key, continues,
+                               [&](std::uint32_t samples, const PassKey& part) {
+                                   Gradients found;
+                                   s.passes->reverse(view, samples, part, adjoint, found);
+                                   return joined(found);
+                               }),
+                       gradients);
+            else if (pass.frozen)
+                s.renderer->reverse(view, spp, frozen, adjoint, {}, {}, gradients);
+            else
+                s.passes->reverse(view, spp, key, adjoint, gradients);
             return gradients;
         });
+}
+
+CheckResult Renderer::check(const Direction& direction, const PassOptions& pass, std::uint32_t sppGradient, PassReport* report) {
+    PassOptions how = pass;
+    how.frozen = true; // draws from no guide
+    how.spp = pass.spp > 0 ? pass.spp : 16;
+    requireValid(how);
+    require(sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216, or 0");
+    requireNoLayers(pass, "a check makes no image");
+    State& s = *state_;
+    const std::uint32_t index = s.indexOf(direction), parameters[] = {index};
+    if (how.width == 0 && how.height == 0)
+        how.width = 128; // many renders, compared by blocks
+    const View view = s.viewOf(how);
+    return s.pass(Mode::Forward, view, how, report, [](std::uint32_t) {},
+                  [&](std::uint32_t spp) {
+                      const std::vector<std::vector<float>> directions{direction.values};
+                      double seconds = 0;
+                      CheckSubject subject;
+                      subject.parameter = &s.scene.parameters[index];
+                      subject.values = valuesOf(s.scene.parameters[index]);
+                      subject.direction = direction.values;
+                      subject.forward = [&](std::uint32_t repetition) {
+                          const Stopwatch watch;
+                          Image image = s.renderer->forward(view, sppGradient > 0 ? sppGradient : spp,
+                                                            {.seed = pass.seed, .step = repetition, .pass = 1}, parameters, directions);
+                          seconds += watch.seconds();
+                          return image;
+                      };
+                      subject.render = [&](std::uint32_t repetition, std::span<const float> values) {
+                          const Stopwatch watch;
+                          s.renderer->setParameter(index, values);
+                          Image image = s.renderer->render(view, spp, {.seed = pass.seed, .step = repetition});
+                          s.renderer->setParameter(index, subject.values);
+                          s.told.imageSeconds += watch.seconds();
+                          return image;
+                      };
+                      try {
+                          CheckResult result = checkGradient(subject);
+                          s.told.seconds = seconds;
+                          return result;
+                      } catch (...) {
+                          s.drop(); // its values may be those of a difference
+                          s.scene.parameters[index].values = subject.values;
+                          throw;
+                      }
+                  });
+}
+
+void Renderer::prepare(std::initializer_list<PassKind> kinds, const PassOptions& pass) {
+    requireValid(pass);
+    State& s = *state_;
+    const auto has = [&](PassKind kind) { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); };
+    const std::lock_guard lock(s.device->mutex);
+    s.follow();
+    s.ensure(has(PassKind::Backward) ? Mode::Reverse : has(PassKind::Forward) ? Mode::Forward : Mode::Render, pass.train > 0);
+    for (const PassKind kind : kinds)
+        s.renderer->expect({kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse});
+    for (const PassKind kind : kinds)
+        s.renderer->prepare({kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse}, pass.layers);
+}
+
+void Renderer::saveGuide(const std::filesystem::path& file) const {
+    State& s = *state_;
+    const std::lock_guard lock(s.device->mutex);
+    if (!s.guided || (s.fresh && s.options.paths.guide.load.empty()))
+        throw Error(ErrorKind::Usage, "there is no guide to save: none was learned", {}, "make a pass with learning passes before it", {"train"});
+    writeGuide(file, s.scene, s.parameters, *s.renderer, *s.passes);
 }
 
 std::vector<ParameterInfo> Renderer::parameters() const {

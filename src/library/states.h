@@ -1,7 +1,7 @@
 // What stands behind the handles of the library's surface.
 #pragma once
 
-#include "render/renderer.h"
+#include "render/guided_passes.h"
 #include "scene/scene.h"
 #include "vk/device.h"
 
@@ -40,6 +40,8 @@ ParameterInfo describe(const cmpg::Parameter& parameter);
 
 // What PathOptions say of a renderer without a guide. Error(Usage) on what is out of range.
 RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, const std::vector<std::uint32_t>& differentiable);
+
+GuidedOptions guidedOptions(const PathOptions& options);
 
 // Error(Usage) that names the option where `valid` does not hold.
 void require(bool valid, const std::string& option, const std::string& range);

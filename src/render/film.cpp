@@ -5,22 +5,30 @@
 
 namespace cmpg {
 
-Layers::Layers(int width, int height, std::uint32_t spp, std::uint32_t depths)
-    : normal(width, height, 3), depth(width, height, 1), albedo(width, height, 3), samples(width, height, 1, float(spp)), guided(width, height, 1),
-      dead(width, height, 1), cell(width, height, 1), lightShare(depths, cell) {}
+Layers emptyLayers(int width, int height, std::uint32_t spp, std::uint32_t depths) {
+    const Image plane(width, height, 1);
+    return {.normal = Image(width, height, 3),
+            .depth = plane,
+            .albedo = Image(width, height, 3),
+            .samples = Image(width, height, 1, float(spp)),
+            .guided = plane,
+            .dead = plane,
+            .cell = plane,
+            .lightShare = std::vector<Image>(depths, plane)};
+}
 
-void Layers::set(std::size_t pixel, const gpu::LayerSample& l) {
-    const float hits = std::max(l.hit, 1.0f);
+void setLayers(Layers& layers, std::size_t pixel, const gpu::LayerSample& sums) {
+    const float hits = std::max(sums.hit, 1.0f);
     for (int c = 0; c < 3; ++c) {
-        normal.values[3 * pixel + c] = l.normal[c] / hits;
-        albedo.values[3 * pixel + c] = l.albedo[c] / hits;
+        layers.normal.values[3 * pixel + c] = sums.normal[c] / hits;
+        layers.albedo.values[3 * pixel + c] = sums.albedo[c] / hits;
     }
-    depth.values[pixel] = l.depth / hits;
-    guided.values[pixel] = l.guided / hits;
-    dead.values[pixel] = l.dead / hits;
-    cell.values[pixel] = l.cell;
-    for (std::size_t d = 0; d < lightShare.size(); ++d)
-        lightShare[d].values[pixel] = l.drawn[int(d)] > 0 ? l.lightShare[int(d)] / l.drawn[int(d)] : -1.0f;
+    layers.depth.values[pixel] = sums.depth / hits;
+    layers.guided.values[pixel] = sums.guided / hits;
+    layers.dead.values[pixel] = sums.dead / hits;
+    layers.cell.values[pixel] = sums.cell;
+    for (std::size_t d = 0; d < layers.lightShare.size(); ++d)
+        layers.lightShare[d].values[pixel] = sums.drawn[int(d)] > 0 ? sums.lightShare[int(d)] / sums.drawn[int(d)] : -1.0f;
 }
 
 Film::Film(int w, int h, bool layers) : width(w), height(h), pixels(std::size_t(w) * h), layerSums(layers ? std::size_t(w) * h : 0) {}
@@ -36,9 +44,9 @@ Image Film::image() const {
 }
 
 Layers Film::layers() const {
-    Layers result(width, height, samples, layerDepths);
+    Layers result = emptyLayers(width, height, samples, layerDepths);
     for (std::size_t i = 0; i < layerSums.size(); ++i)
-        result.set(i, layerSums[i]);
+        setLayers(result, i, layerSums[i]);
     return result;
 }
 

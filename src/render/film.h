@@ -4,22 +4,16 @@
 #include "scene/image.h"
 #include "shared/film.h"
 
+#include <cmpg/report.h>
+
 #include <cstdint>
 #include <vector>
 
 namespace cmpg {
 
-// Features of the camera rays' first hits, averaged over the samples, and the guide's at the vertices that follow.
-struct Layers {
-    Image normal, depth, albedo, samples; // 3, 1, 3, 1 channels; world-space normal, distance along the ray, count
-    Image guided, dead, cell;             // 1 channel: share of directions drawn from the guide; that led nowhere; cell of the last sample
-
-    std::vector<Image> lightShare; // by depth, of the first few: share of P in the mixture, mean over the directions drawn there; -1 without any
-
-    Layers() = default;
-    Layers(int width, int height, std::uint32_t spp, std::uint32_t depths);
-    void set(std::size_t pixel, const gpu::LayerSample& sums);
-};
+// Images of a view's size, for the means of `spp` samples; `depths` of Layers::lightShare.
+Layers emptyLayers(int width, int height, std::uint32_t spp, std::uint32_t depths);
+void setLayers(Layers& layers, std::size_t pixel, const gpu::LayerSample& sums);
 
 struct Film {
     int width = 0, height = 0;

@@ -57,7 +57,7 @@ struct Renderer::Impl {
         Image image(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
         if (layers)
-            *layers = Layers(view.width, view.height, spp, layerDepths());
+            *layers = emptyLayers(view.width, view.height, spp, layerDepths());
         const PassRunner::Outcome outcome = runner.run(passOf(mode, layers != nullptr, plan), in, [&](std::size_t pixel, const Gathered& g) {
             const std::uint32_t count = in.samples(pixel);
             const glm::dvec4 means = filmSums(g.film) / double(count);
@@ -68,7 +68,7 @@ struct Renderer::Impl {
                     difference->values[3 * pixel + c] = meanOf(g.difference, count)[c];
             variance += std::max(0.0, means.w - glm::dot(glm::dvec3(means), glm::dvec3(means)) / 3) / double(std::max(1u, count - 1));
             if (layers)
-                layers->set(pixel, g.layers);
+                setLayers(*layers, pixel, g.layers);
         });
         if (result) {
             *result = outcome.result;

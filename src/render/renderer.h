@@ -8,14 +8,15 @@
 #include "scene/scene.h"
 #include "vk/device.h"
 
+#include <cmpg/error.h>
+#include <cmpg/report.h>
+
 #include <array>
 #include <functional>
 #include <map>
 #include <memory>
 
 namespace cmpg {
-
-enum class Sampler { Independent, Sobol };
 
 // Fixed for the life of a renderer: decides which kernels are built and which buffers exist.
 struct RenderConfig {
@@ -58,12 +59,6 @@ struct Interaction {
     std::function<void(bool begins)> compiling; // kernels
 };
 
-// What the guide did at one depth, summed over passes.
-struct GuidedDepth {
-    std::uint64_t drawn = 0, guided = 0, dead = 0; // directions drawn where it knew something; from it; of these, those that led nowhere
-    double lightShare = 0;                         // sum over the drawn of the share of P in the mixture; D has the rest
-};
-
 struct RenderStatistics {
     std::vector<GuidedDepth> guided; // by depth; empty where nothing was guided
     std::uint64_t paths = 0, rays = 0; // since construction
@@ -71,6 +66,13 @@ struct RenderStatistics {
     std::uint64_t repeatedPasses = 0;             // in reverse mode, with another unit of the gradient sums; their paths and rays count again
     std::uint64_t refusedSplits = 0;              // of the guide, for want of memory, at its last update
 };
+
+// Whether so many contributions that were left out leave no estimate of anything; and the error that says so.
+constexpr bool tooMany(std::uint64_t lost, std::uint64_t paths) { return double(lost) > 0.01 * double(paths); }
+inline Error overflowed() {
+    return {ErrorKind::Numerical, "more than one path in a hundred was dropped", "values of the scene are so large or small that floats overflow",
+            "look for extreme emission, intensities or sizes in the scene"};
+}
 
 struct KernelSize;
 

@@ -6,8 +6,7 @@
 namespace cmpg {
 namespace {
 
-// Samples per pixel at most where an error or a time decides: of an image or gradient; of the gradient of a step.
-constexpr std::uint32_t kMostBudgeted = 1u << 16, kMostOfStep = 64;
+constexpr std::uint32_t kMostOfStep = 64; // samples per pixel of the gradient of a step, at most, where an error decides
 
 std::uint32_t scaled(std::uint32_t balanced, Quality quality, std::uint32_t factor) {
     switch (quality) {

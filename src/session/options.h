@@ -24,8 +24,6 @@ const char* commandName(Command command);
 // What the defaults aim at; docs/tradeoffs.md has the measurements.
 enum class Quality { Preview, Balanced, Accurate };
 
-constexpr std::uint32_t kFewestBatches = 8; // that tell an error
-
 struct Options {
     Command command = Command::None;
     std::string input;  // the scene, the image of `view`, the file of `guide`
@@ -129,7 +127,6 @@ std::set<std::string> identityKeys();
 void validate(const Options& options);
 
 // Names of the values of an option's enumeration; cmpg/options.h has others.
-inline constexpr EnumName<Sampler> kSamplers[] = {{Sampler::Sobol, "sobol"}, {Sampler::Independent, "independent"}};
 inline constexpr EnumName<Quality> kQualities[] = {
     {Quality::Preview, "preview"}, {Quality::Balanced, "balanced"}, {Quality::Accurate, "accurate"}};
 inline constexpr EnumName<bool> kRoulettes[] = {{false, "off"}, {true, "adjoint"}};

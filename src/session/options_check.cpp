@@ -48,9 +48,8 @@ void validateBudget(const Options& o) {
     const std::uint32_t batches = o.effectiveBatches();
     if (batches == 0)
         return;
-    constexpr std::uint32_t kMost = 64; // their spread is known well enough by then
-    if (batches < kFewestBatches || batches > kMost)
-        refuse("--batches must be from " + std::to_string(kFewestBatches) + " to " + std::to_string(kMost));
+    if (batches < kFewestBatches || batches > kMostBatches)
+        refuse("--batches must be from " + std::to_string(kFewestBatches) + " to " + std::to_string(kMostBatches));
     const bool image = o.command == Command::Render;
     const std::uint32_t samples = image ? o.effectiveSpp() : o.effectiveSppGradient();
     const std::string option = image ? "--spp" : "--spp-gradient";

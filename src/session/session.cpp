@@ -72,7 +72,7 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     return config;
 }
 
-Session::Session(const Options& options, Report& report) : scene(openScene(options)), options_(options), report_(report) {
+Session::Session(const Options& options, Report& report) : scene(openScene(options)), options_(options), report_(report), record_(options, report) {
     parameters = selectParameters(scene, options.param);
     // What may change is kept as floats from here on.
     for (std::uint32_t p : parameters)
@@ -85,25 +85,26 @@ void Session::openDevice() {
         device_.emplace(Device::Options{.select = options_.device});
 }
 
-void Session::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<Renderer::Mode> modes, bool layers) {
-    prepare(view, folder, [&](const RenderConfig& config) -> Renderer& {
-        own_ = std::make_unique<Renderer>(*device_, scene, config);
-        own_->prepare(modes, layers);
-        return *own_;
-    });
-}
-
 void Session::prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make) {
-    report_.width = view.width;
-    report_.height = view.height;
     openDevice();
     const RenderConfig config = renderConfig(options_, scene, parameters);
     renderer_ = &make(config);
     report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
     report_.addDevice(*device_);
+    record_.begin(view, config.maxDepth, folder);
+}
 
+void Session::finish(const Image* result) {
+    report_.addStatistics(renderer_->statistics());
+    report_.addDevice(*device_);
+    record_.requireFinite(result);
+}
+
+void RunRecord::begin(const View& view, std::uint32_t depth, const std::filesystem::path& folder) {
+    report_.width = view.width;
+    report_.height = view.height;
     effective_ = options_;
-    effective_.maxDepth = config.maxDepth;
+    effective_.maxDepth = depth;
     if (options_.target.size() <= 1) { // several targets have cameras and sizes of their own
         effective_.width = std::uint32_t(view.width);
         effective_.height = std::uint32_t(view.height);
@@ -114,33 +115,29 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, con
     record({});
 }
 
-void Session::record(const std::function<void(Options&)>& change) {
+void RunRecord::record(const std::function<void(Options&)>& change) {
     if (change)
         change(effective_);
     if (!folder_.empty())
         writeRunJson(effective_, folder_, report_);
 }
 
-void Session::warnUnreached(std::uint32_t parameter, bool anyGradient) {
-    if (!anyGradient)
-        logWarn("no path reached " + scene.parameters[parameter].name + ": its gradient is zero. The camera does not see it, nor what it lights, " +
-                "within the depth and the samples of this pass");
-}
-
-void Session::finish(const Image* result) {
-    report_.addStatistics(renderer_->statistics());
-    report_.addDevice(*device_);
+void RunRecord::requireFinite(const Image* result) const {
     report_.warnOfLosses();
     std::uint64_t lost = 0;
     for (const auto& [kind, count] : report_.dropped)
         lost += count;
-    constexpr double kTolerable = 0.01; // of the paths; beyond it the result is no estimate of anything
-    const bool finite = !result || std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); });
-    if (!finite || double(lost) > kTolerable * double(report_.paths))
-        throw Error(ErrorKind::Numerical,
-                    finite ? "more than one path in a hundred was dropped" : "the result holds values that are not finite",
-                    "values of the scene are so large or small that floats overflow",
-                    "look for extreme emission, intensities or sizes in the scene");
+    if (result && !std::all_of(result->values.begin(), result->values.end(), [](float v) { return std::isfinite(v); })) {
+        Error error = overflowed();
+        throw Error(error.kind, "the result holds values that are not finite", error.cause, error.remedy);
+    }
+    if (tooMany(lost, report_.paths))
+        throw overflowed();
+}
+
+void warnUnreached(const std::string& parameter, bool anyGradient) {
+    if (!anyGradient)
+        logWarn("no path reached " + parameter + ": its gradient is zero. The camera does not see it, nor what it lights, within the depth and the samples of this pass");
 }
 
 } // namespace cmpg

@@ -40,11 +40,16 @@ TEST(LossCurve, StandsDegenerateInput) {
 }
 
 TEST(LossCurve, SvgHoldsEveryStepAndAnEscapedTitle) {
-    const std::string svg = lossCurveSvg(std::vector<double>{3, 2, 1, std::nan(""), 1}, "a<b & \"c\"");
-    EXPECT_NE(svg.find("a&lt;b &amp; &quot;c&quot;"), std::string::npos);
-    const std::string path = svg.substr(svg.rfind(" d=\""));
-    EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 2); // the curve is broken where a value is missing
-    EXPECT_EQ(std::count(path.begin(), path.end(), 'L'), 2);
+    const std::string svg = lossCurveSvg(std::vector<double>{3, 2, 1, std::nan(""), 1, 2}, "a<b & \"c\"");
+    EXPECT_NE(svg.find("<title>a&lt;b &amp; &quot;c&quot;</title>"), std::string::npos);
+    // The curve is broken where a value is missing: two strokes of its width and colour, of three points and of two.
+    std::vector<std::ptrdiff_t> corners;
+    for (std::size_t at = svg.find("stroke-width:2;"); at != std::string::npos; at = svg.find("stroke-width:2;", at + 1)) {
+        const std::string path = svg.substr(svg.rfind('<', at), svg.find('>', at) - svg.rfind('<', at));
+        const std::size_t data = path.find(" d=\"");
+        corners.push_back(std::count(path.begin() + std::ptrdiff_t(data), path.end(), 'L'));
+    }
+    EXPECT_EQ(corners, (std::vector<std::ptrdiff_t>{2, 1}));
 }
 
 TEST(ContactSheet, ShowsItsPanels) {
@@ -100,9 +105,9 @@ TEST(LossCurve, DrawsTheErrorAsABand) {
     Canvas with(256, 256), without(256, 256);
     drawLossCurve(with, 0, 0, 256, 256, loss, error);
     drawLossCurve(without, 0, 0, 256, 256, loss);
-    EXPECT_LE(pale(without), 2 * 199); // smooth edges of the curve
-    // 0.4 of an axis from 0 to 1.05, over 199 columns of 226 rows, less 0.0375 that is above the axis and a curve three pixels wide.
-    EXPECT_NEAR(pale(with), (0.4 - 0.0375) / 1.05 * 226 * 199 - 3 * 199, 500);
+    EXPECT_LE(pale(without), 2 * 198); // smooth edges of the curve
+    // 0.4 of an axis from 0 to 1.05, over 198 columns of 226 rows, from the first step to the last, less 0.0375 that is above the axis and a curve three pixels wide.
+    EXPECT_NEAR(pale(with), (0.4 - 0.0375) / 1.05 * 226 * 198 - 3 * 198, 500);
     for (const double odd : {std::nan(""), HUGE_VAL, -1.0, 1e300}) {
         drawLossCurve(with, 0, 0, 256, 256, loss, std::vector<double>(4, odd));
         EXPECT_EQ(lossCurveSvg(loss, "t", std::vector<double>(4, odd)).find("nan"), std::string::npos);

@@ -180,6 +180,87 @@ TEST(LibraryRenderer, SaysWhereSumsOverflow) {
     EXPECT_FALSE(error.remedy.empty());
 }
 
+TEST(LibraryRenderer, SamplesUntilTheErrorIsSmallEnough) {
+    Renderer renderer(device(), Scene::load(kBox), {.paths = {.maxDepth = 4}, .parameters = {kPainting}});
+    PassReport report;
+    const Image image = renderer.render({.width = 32, .errorTarget = 0.03}, &report);
+    EXPECT_EQ(report.end, BudgetEnd::Error);
+    EXPECT_EQ(report.batches, kFewestBatches);
+    EXPECT_LE(report.error.relative, 0.03);
+    EXPECT_GT(report.error.relative, 0.01); // no stage more than it takes
+    EXPECT_LT(report.error.low, report.error.high);
+    EXPECT_EQ(report.paths, std::uint64_t(report.spp) * image.pixels());
+    // The same samples in as many batches are the same image.
+    PassReport again;
+    EXPECT_EQ(renderer.render({.width = 32, .spp = report.spp, .batches = kFewestBatches}, &again).values, image.values);
+    EXPECT_EQ(again.error.relative, report.error.relative);
+    EXPECT_EQ(again.end, BudgetEnd::Samples);
+
+    renderer.backward(Image(32, 24, 3, 1.f), {.spp = 16, .errorTarget = 1e-6}, &report);
+    EXPECT_EQ(report.end, BudgetEnd::Samples);
+    EXPECT_EQ(report.spp, 16u);
+    renderer.render({.width = 32, .timeBudget = 0.3}, &report);
+    EXPECT_EQ(report.end, BudgetEnd::Time);
+    EXPECT_EQ(errorOf([&] { renderer.render({.spp = 12, .batches = 8}); }).options, std::vector<std::string>{"spp"});
+    EXPECT_EQ(errorOf([&] { renderer.render({.batches = 8, .layers = true}); }).kind, ErrorKind::Usage);
+}
+
+TEST(LibraryRenderer, GuidesAreSavedAndLoaded) {
+    const Folder folder;
+    const Scene scene = Scene::load(kBox);
+    const Image adjoint(24, 18, 3, 1.f);
+    RendererOptions options{.paths = {.maxDepth = 4, .sampling = Sampling::Conditional}, .parameters = {kPainting}};
+    Renderer learner(device(), scene, options);
+    EXPECT_EQ(errorOf([&] { learner.saveGuide(folder / "guide"); }).options, std::vector<std::string>{"train"});
+    const auto learned = learner.backward(adjoint, {.spp = 8, .train = 2});
+    learner.saveGuide(folder / "guide");
+    options.paths.guide.load = folder / "guide";
+    Renderer loaded(device(), scene, options);
+    PassReport report;
+    EXPECT_EQ(loaded.backward(adjoint, {.spp = 8}, &report), learned);
+    EXPECT_TRUE(report.guided);
+    EXPECT_EQ(report.sampling, Sampling::Conditional);
+    EXPECT_NE(learner.backward(adjoint, {.spp = 8, .seed = 1}), learned);
+
+    options.parameters = {"light.emission"};
+    const Error other = errorOf([&] { Renderer(device(), scene, options).backward(adjoint, {.spp = 8}); });
+    EXPECT_EQ(other.kind, ErrorKind::Input);
+    EXPECT_NE(other.cause.find(kPainting), std::string::npos) << other.cause;
+    options.paths.guide.load = folder / "none";
+    EXPECT_EQ(errorOf([&] { Renderer(device(), scene, options).backward(adjoint, {.spp = 8}); }).kind, ErrorKind::Input);
+}
+
+TEST(LibraryRenderer, ChecksItsDerivatives) {
+    Renderer renderer(device(), Scene::load(kBox), {.paths = {.maxDepth = 2}, .parameters = {kPainting}});
+    const Direction one{kPainting, std::vector<float>(64 * 64 * 3, 1.f)};
+    const CheckResult result = renderer.check(one, {.width = 24, .spp = 4});
+    EXPECT_TRUE(result.agrees());
+    EXPECT_EQ(result.comparisons.front().what, "red mean");
+    EXPECT_LT(std::abs(result.comparisons.front().relativeError()), 0.1);
+    const PassOptions pass{.width = 24, .spp = 4};
+    EXPECT_EQ(renderer.render(pass).values, Renderer(device(), Scene::load(kBox), {.paths = {.maxDepth = 2}, .parameters = {kPainting}}).render(pass).values);
+}
+
+TEST(LibraryRenderer, TellsLayersAndShowsImagesAsTheyGrow) {
+    Renderer renderer(device(), Scene::load(kBox), {.paths = {.maxDepth = 3}});
+    PassReport report;
+    std::vector<Image> shown;
+    const PassOptions pass{.width = 24, .spp = 8};
+    PassOptions growing = pass;
+    growing.layers = true;
+    growing.onImage = [&](const Image& image) { shown.push_back(image); };
+    const Image image = renderer.render(growing, &report);
+    ASSERT_GE(shown.size(), 2u);
+    EXPECT_EQ(shown.back().values, image.values);
+    EXPECT_EQ(renderer.render(pass).values, image.values);
+    EXPECT_EQ(report.layers.depth.width, 24);
+    EXPECT_EQ(report.layers.samples.values.front(), 8);
+    EXPECT_GT(report.layers.depth.values.front(), 0);
+    EXPECT_FALSE(report.guided);
+    EXPECT_EQ(report.paths, 8 * image.pixels());
+    EXPECT_GT(report.seconds, 0);
+}
+
 TEST(LibraryRenderer, EndsAPassWhenAskedTo) {
     Renderer renderer(device(), Scene::load(kBox));
     const PassOptions pass{.width = 24, .spp = 4, .train = 1};
@@ -263,6 +344,24 @@ TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
     const Error error = errorOf([&] { other.resume(folder / "kept"); });
     EXPECT_EQ(error.kind, ErrorKind::Input);
     EXPECT_NE(std::string(error.what()).find("spp-gradient"), std::string::npos) << error.what();
+}
+
+TEST(LibraryRecovery, GradientsReachTheirErrorAndGuidesAreKept) {
+    const Folder folder;
+    RecoveryOptions options = paintingOptions();
+    options.errorTarget = 0.5;
+    options.sppGradient = 64;
+    options.paths.guide.keep = true;
+    Recovery recovery(device(), greyScene(), {smallTarget()}, options);
+    recovery.step();
+    recovery.step();
+    EXPECT_GE(recovery.errors().gradients, 2u);
+    EXPECT_EQ(recovery.errors().missed, 0u);
+    recovery.saveGuide(folder / "guide");
+    options.paths.guide.load = folder / "guide";
+    EXPECT_GT(Recovery(device(), greyScene(), {smallTarget()}, options).step().loss, 0);
+    options.sppGradient = 4;
+    EXPECT_EQ(errorOf([&] { Recovery(device(), greyScene(), {smallTarget()}, options); }).options, std::vector<std::string>{"spp-gradient"});
 }
 
 TEST(LibraryRecovery, AStepThatIsEndedCanBeDoneAgain) {

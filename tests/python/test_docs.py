@@ -44,7 +44,19 @@ def test_derivatives(monkeypatch, tmp_path, scene):
     assert set(names["gradients"]) == {"painting.baseColor", "light.emission"}
 
 
+def test_budgets(monkeypatch, tmp_path, scene):
+    code = blocks("docs/python.md")[2].replace("time_budget=2", "time_budget=0.5").replace("0.01", "0.2")
+    names = {"cmpg": cmpg, "scene": scene, "renderer": cmpg.Renderer(scene, ["painting.baseColor", "light.emission"], max_depth=2)}
+    run(code, monkeypatch, tmp_path, names)
+    assert names["renderer"].report.end == "time" and names["image"].shape == (16, 16, 3)
+
+
+def test_measurements(monkeypatch, tmp_path, scene):
+    names = run(blocks("docs/python.md")[3].replace("seeds=4", "seeds=4, max_depth=2"), monkeypatch, tmp_path, {"cmpg": cmpg, "scene": scene})
+    assert names["curve"]["mse"].shape == names["curve"]["seconds"].shape
+
+
 def test_torch(monkeypatch, tmp_path):
     torch = pytest.importorskip("torch", reason="PyTorch is not installed: scripts/python-env --torch")
-    names = run(blocks("docs/python.md")[2], monkeypatch, tmp_path, {"torch": torch, "scene": cmpg.Scene(BOX), "target": torch.full((16, 16, 3), 0.5)})
+    names = run(blocks("docs/python.md")[4], monkeypatch, tmp_path, {"torch": torch, "scene": cmpg.Scene(BOX), "target": torch.full((16, 16, 3), 0.5)})
     assert names["texture"].grad.abs().sum() > 0

@@ -1,8 +1,12 @@
 """Examples run from top to bottom, as their own first lines say."""
 
+import json
+import os
 import re
 import subprocess
 import sys
+
+import pytest
 
 from conftest import ROOT
 
@@ -17,3 +21,31 @@ def test_recover_painting(tmp_path):
     for name in ("painting.png", "room.png", "scene.gltf", "parameters/painting.baseColor.exr"):
         assert (tmp_path / "out" / name).stat().st_size > 0
     assert cmpg.load_image(tmp_path / "out/gradient.exr").any()
+
+
+def test_notebook(tmp_path):
+    """Its cells in a fresh interpreter, one after the other; the values of last lines show themselves, as in a notebook."""
+    pytest.importorskip("matplotlib")
+    notebook = json.loads((ROOT / "python/examples/recover_painting.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in notebook["cells"] if cell["cell_type"] == "code")
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    runner = tmp_path / "run.py"
+    runner.write_text(f"""
+import ast
+names = {{}}
+for cell in {cells!r}:
+    body = ast.parse(cell).body
+    last = body.pop() if isinstance(body[-1], ast.Expr) else None
+    exec(compile(ast.Module(body, []), "cell", "exec"), names)
+    shown = eval(compile(ast.Expression(last.value), "cell", "eval"), names) if last else None
+    if hasattr(shown, "_repr_png_"):
+        assert shown._repr_png_().startswith(b"\\x89PNG")
+        print("picture", shown.shape)
+""")
+    result = subprocess.run([sys.executable, runner], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "Agg"}, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count("picture") == 3 and "agrees" in result.stdout
+    first, last = re.search(r"error of a texel ([0-9.]+) to ([0-9.]+)", result.stdout).groups()
+    assert float(last) < 0.5 * float(first)
+    assert (tmp_path / "out/notebook/recovery.png").stat().st_size > 10000

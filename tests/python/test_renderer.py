@@ -154,3 +154,48 @@ def test_renderers_go_while_others_work(scene):
     for _ in range(5):
         cmpg.Renderer(scene).render(width=8, spp=1)
     thread.join()
+
+
+def test_samples_until_the_error_is_small_enough(scene):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=3)
+    assert renderer.report is None
+    image = renderer.render(width=24, error_target=0.05)
+    report = renderer.report
+    assert report.end == "error" and report.error <= 0.05 and report.error_low < report.error_high
+    assert report.paths == report.spp * image.shape[0] * image.shape[1]
+    np.testing.assert_array_equal(renderer.render(width=24, spp=report.spp, batches=8), image)
+    renderer.backward(np.ones((18, 24, 3)), spp=16, error_target=1e-6)
+    assert renderer.report.end == "samples" and renderer.report.spp == 16
+    with pytest.raises(cmpg.UsageError, match="error_target"):
+        renderer.render(error_target=-1)
+
+
+def test_guides_are_saved_and_loaded(scene, tmp_path):
+    options = {"max_depth": 3, "sampling": "conditional"}
+    renderer = cmpg.Renderer(scene, PAINTING, **options)
+    with pytest.raises(cmpg.UsageError, match="train"):
+        renderer.save_guide(tmp_path / "guide")
+    image = renderer.render(width=16, spp=4, train=2)
+    assert renderer.report.sampling == "conditional" and renderer.report.figures[0]["variance"] > 0
+    renderer.save_guide(tmp_path / "guide")
+    again = cmpg.Renderer(scene, PAINTING, load_guide=tmp_path / "guide", **options)
+    np.testing.assert_array_equal(again.render(width=16, spp=4), image)
+    other = cmpg.Renderer(scene, PAINTING, load_guide=tmp_path / "guide", expert={"guide_share": 0.2}, **options)
+    assert (other.render(width=16, spp=4) != image).any()
+    with pytest.raises(cmpg.UsageError, match="expert option"):
+        cmpg.Renderer(scene, expert={"speed": 2})
+
+
+def test_layers_and_samplers(scene):
+    renderer = cmpg.Renderer(scene, max_depth=2)
+    image = renderer.render(width=16, spp=2, layers=True)
+    layers = renderer.report.layers()
+    assert layers["normal"].shape == image.shape and layers["depth"].shape == (*image.shape[:2], 1)
+    assert "guided" not in layers
+    assert (cmpg.Renderer(scene, max_depth=2, sampler="independent").render(width=16, spp=2) != image).any()
+
+
+def test_check_agrees(scene):
+    found = cmpg.Renderer(scene, PAINTING, max_depth=2).check(PAINTING, width=24, spp=4)
+    assert found["agrees"] and found["comparisons"][0]["what"] == "red mean"
+    assert abs(found["comparisons"][0]["relative_error"]) < 0.1

@@ -84,7 +84,7 @@ def test_images_show_and_save_themselves(scene, tmp_path):
         (lambda s: cmpg.Device("no such device"), cmpg.DeviceError, ["device"]),
         (lambda s: cmpg.Renderer(s, sampling="magic"), cmpg.UsageError, ["sampling"]),
         (lambda s: cmpg.Renderer(s, memory=1), cmpg.UsageError, ["memory"]),
-        (lambda s: cmpg.Renderer(s).render(spp=0), cmpg.UsageError, ["spp"]),
+        (lambda s: cmpg.Renderer(s).render(spp=1 << 25), cmpg.UsageError, ["spp"]),
         (lambda s: cmpg.Recovery(s, np.ones((8, 8, 3)), PAINTING, spp_difference=1), cmpg.UsageError, ["spp_difference"]),
     ],
 )

@@ -22,6 +22,14 @@ std::vector<SamplingMethod> methodsOf(Sampling asked, bool derivatives, bool rou
 
 } // namespace
 
+std::vector<MethodFigures> figuresOf(const SamplingDecision& decision) {
+    std::vector<MethodFigures> figures;
+    for (const bool roulette : {false, true})
+        for (const auto& [kind, f] : roulette ? decision.rouletteFigures : decision.figures)
+            figures.push_back({kind, roulette, f.variance, f.rays, f.passes});
+    return figures;
+}
+
 SamplingPolicy::SamplingPolicy(Sampling asked, bool roulette, bool immediate)
     : images(methodsOf(asked, false, false)), derivatives(methodsOf(asked, true, roulette)), immediate_(immediate),
       stepStart_{images, derivatives, exploration_, 0} {

@@ -5,6 +5,8 @@
 #include "guiding/policy/gradient_noise.h"
 #include "guiding/policy/sampling_choice.h"
 
+#include <cmpg/report.h>
+
 #include <map>
 
 namespace cmpg {
@@ -14,6 +16,9 @@ struct SamplingDecision {
     SamplingMethod method;
     std::map<Sampling, SamplingFigures> figures, rouletteFigures;
 };
+
+// Those without roulette first.
+std::vector<MethodFigures> figuresOf(const SamplingDecision& decision);
 
 // Sampler state carried from one step to the next, without the parameters and the guide's tree. Units of sums are no part of it: they follow
 // from the tree, the parameters and the pass.

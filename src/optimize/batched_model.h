@@ -1,8 +1,10 @@
 // An image model whose gradients are sampled until their error is small enough.
 #pragma once
 
-#include "lab/batched_passes.h"
+#include "optimize/batch_parts.h"
 #include "optimize/image_model.h"
+
+#include <cmpg/recovery.h>
 
 #include <algorithm>
 #include <utility>
@@ -91,10 +93,7 @@ class BatchedModel final : public ImageModel {
         whole_ = kept;
     }
 
-    struct Tally {
-        std::uint64_t gradients = 0, missed = 0; // the latter: those of the former whose error stayed too large
-        double worst = 0;                        // error of these
-    };
+    using Tally = v1::GradientErrors;
     const Tally& tally() const { return whole_; } // of whole steps, those before a restart included
 
   private:

@@ -1,7 +1,7 @@
 // Forward gradients against finite differences of independent renders, with what the comparison could have seen.
-#include "lab/gradient_check.h"
+#include "optimize/gradient_check.h"
 
-#include "lab/student_t.h"
+#include "optimize/student_t.h"
 
 #include <algorithm>
 #include <cmath>
@@ -135,27 +135,6 @@ std::string nameOf(std::size_t index, int channels, int columns) {
 
 } // namespace
 
-double Comparison::relativeError() const {
-    return finite != 0 ? (forward - finite) / std::abs(finite) : forward == 0 ? 0 : std::numeric_limits<double>::infinity();
-}
-double Comparison::power() const {
-    return finite != 0 ? (3 * standardError + systematic) / std::abs(finite) : std::numeric_limits<double>::infinity();
-}
-
-bool Comparison::vanishes() const {
-    return std::max(std::abs(forward), std::abs(finite)) <= 3 * standardError + systematic;
-}
-
-bool CheckResult::agrees() const {
-    return std::all_of(comparisons.begin(), comparisons.end(), [&](const Comparison& c) { return c.probability >= threshold; });
-}
-
-const Comparison& CheckResult::worst(std::size_t from, std::size_t to) const {
-    return *std::min_element(comparisons.begin() + from, comparisons.begin() + to, [](const Comparison& a, const Comparison& b) {
-        return a.probability != b.probability ? a.probability < b.probability : std::abs(a.z()) > std::abs(b.z());
-    });
-}
-
 CheckResult checkGradient(const CheckSubject& s) {
     CheckResult result;
     result.step = stepFor(s);
@@ -197,6 +176,17 @@ CheckResult checkGradient(const CheckSubject& s) {
     return result;
 }
 
+namespace {
+
+// Of a range of comparisons, by probability.
+const Comparison& worstOf(const CheckResult& result, std::size_t from) {
+    return *std::min_element(result.comparisons.begin() + std::ptrdiff_t(from), result.comparisons.end(), [](const Comparison& a, const Comparison& b) {
+        return a.probability != b.probability ? a.probability < b.probability : std::abs(a.z()) > std::abs(b.z());
+    });
+}
+
+} // namespace
+
 std::string describe(const CheckResult& result, const std::string& parameter, const std::string& direction) {
     char line[256];
     std::snprintf(line, sizeof line, "%s, direction %s, step %g, %u repetitions\n", parameter.c_str(), direction.c_str(), result.step,
@@ -216,9 +206,9 @@ std::string describe(const CheckResult& result, const std::string& parameter, co
         ++means;
     for (std::size_t i = 0; i < means; ++i)
         row(result.comparisons[i], result.comparisons[i].what);
-    const Comparison& worst = result.worst(means, result.comparisons.size());
+    const Comparison& worst = worstOf(result, means);
     row(worst, worst.what);
-    const double overall = result.worst(0, result.comparisons.size()).probability;
+    const double overall = worstOf(result, 0).probability;
     std::snprintf(
         line, sizeof line,
         "  %s: of %zu comparisons (channel means, blocks; the worst block is shown) the worst has probability %.2g by chance; limit %.2g\n",

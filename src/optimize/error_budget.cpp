@@ -1,7 +1,7 @@
 // How much to sample: an estimate made of batches with random numbers of their own, its error, and when there is enough of it.
-#include "lab/error_budget.h"
+#include "optimize/error_budget.h"
 
-#include "lab/student_t.h"
+#include "optimize/student_t.h"
 
 #include <algorithm>
 #include <cmath>

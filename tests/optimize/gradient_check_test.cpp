@@ -1,5 +1,5 @@
 // The check of gradients: passes right ones, catches wrong ones, and says what it could have seen.
-#include "lab/gradient_check.h"
+#include "optimize/gradient_check.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

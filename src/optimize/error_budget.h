@@ -1,6 +1,8 @@
 // How much to sample: an estimate made of batches with random numbers of their own, its error, and when there is enough of it.
 #pragma once
 
+#include <cmpg/report.h>
+
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -10,12 +12,6 @@
 
 namespace cmpg {
 
-// Of the mean of batches, relative to its own length: Euclidean norms over all entries (pixels or texels, channels).
-struct EstimateError {
-    double relative = 0;      // |standard error| / |mean|
-    double low = 0, high = 0; // |mean - truth| / |mean| lies between them with 95 % confidence
-    double degrees = 0;       // effective number of independent entries: 1 where all errors go together
-};
 // `batches`: independent, alike, at least 5. Not a number where the mean is zero.
 EstimateError errorOf(std::span<const std::vector<float>> batches);
 
@@ -36,7 +32,7 @@ struct SampleBudget {
 };
 
 struct BudgetedEstimate {
-    enum class End { Samples, Error, Time }; // what was used up or reached
+    using End = BudgetEnd; // what was used up or reached
     End end = End::Samples;
     std::vector<double> mean;
     std::uint32_t samples = 0; // per pixel, of a batch

@@ -1,5 +1,5 @@
 // Whether stated errors are true ones: images and gradients of bundled scenes against references of many more samples.
-#include "lab/batched_passes.h"
+#include "optimize/batch_parts.h"
 #include "render/guided_passes.h"
 #include "scene/scene_file.h"
 

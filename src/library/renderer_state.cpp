@@ -1,0 +1,184 @@
+// What stands behind a renderer of the library's surface.
+#include "library/renderer_state.h"
+
+#include "base/error.h"
+#include "render/saved_guide.h"
+#include "scene/image_size.h"
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+namespace cmpg::v1 {
+namespace {
+
+std::optional<std::uint32_t> given(int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; }
+bool hasBudget(const PassOptions& pass) { return pass.errorTarget > 0 || pass.timeBudget > 0; }
+
+} // namespace
+
+std::uint32_t samplesOf(const PassOptions& pass) { return pass.spp > 0 ? pass.spp : hasBudget(pass) ? kMostBudgeted : 64; }
+std::uint32_t batchesOf(const PassOptions& pass) { return pass.batches > 0 ? pass.batches : hasBudget(pass) ? kFewestBatches : 0; }
+
+void requireValid(const PassOptions& pass) {
+    constexpr int kMostEdge = 1 << 15;
+    require(pass.spp <= kMostSamples, "spp", "from 1 to 16777216, or 0");
+    require(pass.trainSpp <= kMostSamples, "train-spp", "at most 16777216");
+    require(pass.train <= 100000, "train", "at most 100000 passes");
+    require(pass.width >= 0 && pass.width <= kMostEdge, "width", "from 1 to 32768, or 0");
+    require(pass.height >= 0 && pass.height <= kMostEdge, "height", "from 1 to 32768, or 0");
+    require(pass.errorTarget == 0 || (pass.errorTarget >= 1e-6 && pass.errorTarget <= 100), "error-target", "from 1e-6 to 100, or 0");
+    require(pass.timeBudget >= 0 && pass.timeBudget <= 1e7, "time-budget", "from 0 to 1e7 seconds");
+    if (pass.frozen && pass.train > 0)
+        throw Error(ErrorKind::Usage, "a frozen pass draws from no guide", "its random numbers are those of an image without one",
+                    "leave learning passes away", {"train"});
+    const std::uint32_t batches = batchesOf(pass), samples = samplesOf(pass);
+    if (batches == 0)
+        return;
+    require(batches >= kFewestBatches && batches <= kMostBatches, "batches", "from 8 to 64");
+    require(samples >= batches, "spp", "as many as there are batches, at least");
+    require(hasBudget(pass) || samples % batches == 0, "spp", "a multiple of the batches");
+    if (pass.layers || pass.frozen)
+        throw Error(ErrorKind::Usage, pass.layers ? "layers are of passes that are not divided into batches" : "a frozen pass is not divided into batches", {},
+                    "leave batches, error target and time budget away", {"batches", "error-target", "time-budget"});
+}
+
+Renderer::State::State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o)
+    : device(std::move(d)), source(std::move(s)), options(o), scene(copyOf(*source, o.parameters, parameters, revisions)) {
+    renderConfig(options.paths, scene, parameters); // throws
+}
+
+Renderer::State::~State() {
+    const std::lock_guard lock(device->mutex);
+    drop();
+}
+
+void Renderer::State::drop() {
+    passes.reset();
+    renderer.reset();
+    guided = roulette = false;
+}
+
+void Renderer::State::ensure(Mode mode, bool learn) {
+    const PathOptions& paths = options.paths;
+    const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
+    const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
+    if (renderer && !(learn && !fresh) && (!wanted || (guided && (roulette || !wantsRoulette))))
+        return;
+    drop();
+    RenderConfig config = renderConfig(paths, scene, parameters);
+    config.guiding = wanted;
+    config.roulette = wanted && wantsRoulette;
+    renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
+    GuidedOptions drawn = guidedOptions(paths);
+    drawn.roulette = wantsRoulette;
+    passes = std::make_unique<GuidedPasses>(*renderer, drawn);
+    if (wanted && !paths.guide.load.empty())
+        passes->load(readGuide(paths.guide.load, scene, mode == Mode::Render ? nullptr : &parameters)); // an image needs no derivatives
+    guided = wanted;
+    roulette = wantsRoulette;
+    fresh = true;
+}
+
+void Renderer::State::follow() {
+    const std::lock_guard lock(source->mutex);
+    for (std::uint32_t p = 0; p < revisions.size(); ++p) {
+        if (revisions[p] == source->revisions[p])
+            continue;
+        revisions[p] = source->revisions[p];
+        const bool differentiable = std::find(parameters.begin(), parameters.end(), p) != parameters.end();
+        if (renderer && differentiable) {
+            renderer->setParameter(p, source->scene.parameters[p].values);
+        } else {
+            drop(); // kernels are made for the values of the others
+            scene.parameters[p] = source->scene.parameters[p];
+        }
+    }
+}
+
+View Renderer::State::viewOf(const PassOptions& pass) const {
+    View view;
+    view.camera = &scene.camera(pass.camera);
+    std::tie(view.width, view.height) = imageSize(*view.camera, given(pass.width), given(pass.height), 512);
+    return view;
+}
+
+std::uint32_t Renderer::State::indexOf(const Direction& direction) const {
+    const std::uint32_t index = scene.parameter(direction.parameter);
+    if (std::find(parameters.begin(), parameters.end(), index) == parameters.end())
+        throw Error(ErrorKind::Usage, direction.parameter + " was not named when the renderer was made", "kernels are made for the parameters that were",
+                    "name it there", {"param"});
+    if (direction.values.size() != scene.parameters[index].entries())
+        throw Error(ErrorKind::Usage,
+                    "the direction of " + direction.parameter + " has " + std::to_string(direction.values.size()) + " values, not " +
+                        std::to_string(scene.parameters[index].entries()),
+                    {}, "give one for every entry of the parameter");
+    return index;
+}
+
+std::vector<double> Renderer::State::spend(const PassOptions& how, const View& view, const PassKey& key, bool continues, const Estimate& estimate) {
+    SampleBudget budget;
+    budget.batches = batchesOf(how);
+    budget.samples = samplesOf(how) / budget.batches;
+    if (how.errorTarget > 0)
+        budget.error = how.errorTarget;
+    if (how.timeBudget > 0) {
+        budget.seconds = how.timeBudget;
+        budget.clock = [this] { return clock_.seconds(); };
+    }
+    BudgetedEstimate found = spendBudget(
+        budget, [&](const BatchPart& part) { return estimate(part.samples, partKey(key, part, budget.batches, continues)); },
+        [&](const BudgetedEstimate& so) {
+            if (how.onImage)
+                how.onImage(toImage(so.mean, view.width, view.height));
+        });
+    told.spp = found.samples * budget.batches;
+    told.batches = budget.batches;
+    told.error = found.error;
+    told.end = found.end;
+    return std::move(found.mean);
+}
+
+void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
+    clock_ = {};
+    follow();
+    ensure(mode, how.train > 0);
+    renderer->setInteraction(interactionOf(call));
+    told = {};
+    told.width = view.width;
+    told.height = view.height;
+    told.spp = samplesOf(how);
+}
+
+void Renderer::State::tell(Mode mode, const RenderStatistics& before, double learnedBefore) {
+    const RenderStatistics& now = renderer->statistics();
+    told.learningSeconds = passes->trainSeconds() - learnedBefore;
+    told.paths = now.paths - before.paths;
+    told.rays = now.rays - before.rays;
+    for (const auto& [kind, count] : now.dropped) {
+        const auto was = before.dropped.find(kind);
+        told.dropped[kind] = count - (was == before.dropped.end() ? 0 : was->second);
+    }
+    told.refusedSplits = now.refusedSplits;
+    told.depths = now.guided;
+    for (std::size_t d = 0; d < std::min(now.guided.size(), before.guided.size()); ++d) {
+        const GuidedDepth& was = before.guided[d];
+        GuidedDepth& depth = told.depths[d];
+        depth = {depth.drawn - was.drawn, depth.guided - was.guided, depth.dead - was.dead, depth.lightShare - was.lightShare};
+    }
+    told.guided = guided;
+    const SamplingDecision decision = mode == Mode::Render ? passes->imageDecision() : passes->decision();
+    told.sampling = decision.method.kind;
+    told.roulette = decision.method.roulette;
+    told.figures = figuresOf(decision);
+}
+
+void Renderer::State::requireFew() const {
+    std::uint64_t lost = 0;
+    for (const auto& [kind, count] : told.dropped)
+        lost += count;
+    if (tooMany(lost, told.paths))
+        throw overflowed();
+}
+
+} // namespace cmpg::v1
