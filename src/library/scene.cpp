@@ -12,19 +12,10 @@ ParameterInfo describe(const cmpg::Parameter& p) {
     return {p.name, slotName(p.kind), int(p.height), int(p.width), int(p.channels), p.lowest(), p.highest()};
 }
 
-std::vector<std::uint32_t> selected(const cmpg::Scene& scene, std::span<const std::string> globs) {
-    std::vector<std::uint32_t> indices;
-    for (const std::string& glob : globs)
-        for (const std::uint32_t index : scene.select(glob))
-            if (std::find(indices.begin(), indices.end(), index) == indices.end())
-                indices.push_back(index);
-    return indices;
-}
-
 cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
                    std::vector<std::uint64_t>& revisions) {
     const std::lock_guard lock(state.mutex);
-    parameters = selected(state.scene, globs);
+    parameters = state.scene.selectDifferentiable(globs);
     revisions = state.revisions;
     cmpg::Scene copy = state.scene;
     for (const std::uint32_t p : parameters)

@@ -29,9 +29,6 @@ struct Scene::State {
     std::vector<std::uint64_t> revisions; // by parameter: how often it was set
 };
 
-// Indices of the parameters that names and globs select, each once, in order of first mention. Error(Usage) on one that selects none.
-std::vector<std::uint32_t> selected(const cmpg::Scene& scene, std::span<const std::string> globs);
-
 // A copy of a scene for a renderer to change: `parameters`, which the globs select, are floats. `revisions`: of the values that were copied.
 cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
                    std::vector<std::uint64_t>& revisions);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace cmpg {
 namespace {
@@ -77,7 +78,9 @@ struct GuidedPasses::Impl {
     }
 
     // Records and measures one pass of any mode, then rebuilds. `run` takes its plan, fills in its result and returns its estimate, entry by entry.
-    template <class Pass> PassResult learn(SamplingChoice& choice, std::uint32_t spp, std::uint32_t pass, double adjointSquares, Pass&& run) {
+    // `mean` has SamplingChoice::observeMean()'s of a result and its estimate, in the units of the result's root variance.
+    template <class Pass, class Mean>
+    PassResult learn(SamplingChoice& choice, std::uint32_t spp, std::uint32_t pass, double adjointSquares, Pass&& run, Mean&& mean) {
         std::vector<SamplingMethod> methods;
         for (const SamplingMethod& m : choice.methods())
             if (!m.roulette)
@@ -89,6 +92,7 @@ struct GuidedPasses::Impl {
             const double unit = spp / adjointSquares;
             choice.observe(method, result.variance * unit, raysPerPath(result));
             choice.observeResult(method, estimate, unit);
+            choice.observeMean(method, mean(result, estimate) / std::sqrt(adjointSquares), spp);
         }
         renderer.updateGuide();
         renderer.publishGuide();
@@ -153,8 +157,11 @@ void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_
     const ScopedTime time(impl_->seconds);
     Impl& p = *impl_;
     for (std::uint32_t i = first; i < first + passes; ++i)
-        p.learn(p.policy.images, spp, i, 1,
-                [&](const PassPlan& plan, PassResult& result) { return entries(p.renderer.render(view, spp, {seed, i, kLearningPass}, plan, &result)); });
+        p.learn(
+            p.policy.images, spp, i, 1,
+            [&](const PassPlan& plan, PassResult& result) { return entries(p.renderer.render(view, spp, {seed, i, kLearningPass}, plan, &result)); },
+            // Variances are means over the channels.
+            [](const PassResult&, std::span<const double> estimate) { return std::accumulate(estimate.begin(), estimate.end(), 0.0) / 3; });
     if (passes > 0)
         p.policy.setTrained();
 }
@@ -164,9 +171,12 @@ void GuidedPasses::trainForward(const View& view, std::uint32_t spp, std::uint32
     const ScopedTime time(impl_->seconds);
     Impl& p = *impl_;
     for (std::uint32_t i = first; i < first + passes; ++i)
-        p.learn(p.policy.derivatives, spp, i, 1, [&](const PassPlan& plan, PassResult& result) {
-            return entries(p.renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions, plan, &result));
-        });
+        p.learn(
+            p.policy.derivatives, spp, i, 1,
+            [&](const PassPlan& plan, PassResult& result) {
+                return entries(p.renderer.forward(view, spp, {seed, i, kLearningPass}, parameters, directions, plan, &result));
+            },
+            [](const PassResult&, std::span<const double>) { return 0.0; }); // signs cancel
     if (passes > 0)
         p.policy.setTrained();
 }
@@ -176,11 +186,15 @@ void GuidedPasses::trainReverse(const View& view, std::uint32_t spp, std::uint32
     Impl& p = *impl_;
     const AdjointNorms norm = norms(adjoint);
     for (std::uint32_t i = 0; i < passes; ++i) {
-        const PassResult last = p.learn(p.policy.derivatives, spp, i, norm.squares, [&](const PassPlan& plan, PassResult& result) {
-            std::vector<std::vector<double>> gradients;
-            result = p.renderer.reverse(view, spp, {seed, i, kLearningPass}, adjoint, {}, {}, gradients, plan);
-            return entries(gradients);
-        });
+        const PassResult last = p.learn(
+            p.policy.derivatives, spp, i, norm.squares,
+            [&](const PassPlan& plan, PassResult& result) {
+                std::vector<std::vector<double>> gradients;
+                result = p.renderer.reverse(view, spp, {seed, i, kLearningPass}, adjoint, {}, {}, gradients, plan);
+                return entries(gradients);
+            },
+            // The reference is a mean over the channels; variances are sums over them.
+            [&](const PassResult& result, std::span<const double>) { return std::sqrt(3.0) * double(adjoint.pixels()) * result.reference; });
         if (norm.mean > 0)
             p.policy.reference = last.reference / norm.mean;
     }

@@ -106,6 +106,25 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
                 "names are case sensitive; the nearest are " + nearestNames(parameters, glob), "the list of the scene's parameters has them all", {"inspect"});
 }
 
+std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left) const {
+    std::vector<bool> without(parameters.size(), false);
+    for (const Material& m : materials)
+        if (!hasNormalDerivative(m)) without[m.parameters[std::size_t(SlotKind::Normal)]] = true;
+    std::vector<std::uint32_t> selected;
+    for (const std::string& glob : globs) {
+        const std::vector<std::uint32_t> found = select(glob);
+        const bool leaveOut = std::any_of(found.begin(), found.end(), [&](std::uint32_t p) { return !without[p]; }); // else nothing is left
+        for (const std::uint32_t p : found) {
+            if (leaveOut && without[p]) {
+                if (left) left->push_back(parameters[p].name);
+            } else if (std::find(selected.begin(), selected.end(), p) == selected.end()) {
+                selected.push_back(p);
+            }
+        }
+    }
+    return selected;
+}
+
 const Camera& Scene::camera(const std::string& name) const {
     if (name.empty()) return cameras.front();
     for (const Camera& camera : cameras)

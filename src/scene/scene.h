@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -170,6 +171,9 @@ struct Scene {
     std::uint32_t parameter(const std::string& name) const;
     // All parameters a glob selects, in order; Error(Usage) when none.
     std::vector<std::uint32_t> select(const std::string& glob) const;
+    // All that names and globs select to differentiate by, each once, in order of first mention. A glob leaves out what has no derivative, and appends
+    // the names to `left` if given; what is meant by its name stays, to be refused with the reason.
+    std::vector<std::uint32_t> selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left = nullptr) const;
     const Camera& camera(const std::string& name) const; // "" = first
 };
 

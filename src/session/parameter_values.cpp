@@ -2,6 +2,7 @@
 #include "session/parameter_values.h"
 
 #include "base/error.h"
+#include "base/log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,11 +66,13 @@ void applySet(Scene& scene, const std::string& assignment) {
 }
 
 std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs) {
-    std::vector<std::uint32_t> selected;
-    for (const std::string& glob : globs)
-        for (std::uint32_t index : scene.select(glob))
-            if (std::find(selected.begin(), selected.end(), index) == selected.end())
-                selected.push_back(index);
+    std::vector<std::string> left;
+    std::vector<std::uint32_t> selected = scene.selectDifferentiable(globs, &left);
+    std::string names;
+    for (const std::string& name : left)
+        names += (names.empty() ? "" : ", ") + name;
+    if (!left.empty())
+        logWarn("left out, for it has no derivative: " + names);
     return selected;
 }
 

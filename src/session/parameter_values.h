@@ -14,7 +14,7 @@ namespace cmpg {
 // size. Error(Usage) on text that means nothing, unknown parameters and values out of range; Error(Input) on files.
 void applySet(Scene& scene, const std::string& assignment);
 
-// All parameters that names and globs select, each once, in order of first mention.
+// As Scene::selectDifferentiable(); warns of what is left out.
 std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs);
 
 // The direction of a forward derivative: "one", "self" or a file of the parameter's own size; entries() floats.

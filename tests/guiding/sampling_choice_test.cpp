@@ -233,6 +233,26 @@ std::vector<double> noisy(std::mt19937& random, double variance, std::size_t ent
     return result;
 }
 
+// Plain passes that have not yet drawn the rare paths that bring nearly everything look precise: their sizes give them away.
+TEST(SamplingChoice, CountsWhatAMethodHasNotDrawnYet) {
+    SamplingChoice choice({kPlain, kLight});
+    const auto pass = [&](const SamplingMethod& method, double variance, double mean) {
+        choice.observe(method, variance, 10);
+        choice.observeMean(method, mean, 4);
+    };
+    pass(kPlain, 1, 1);
+    pass(kLight, 3, 2); // one standard error of the difference above: may be chance
+    EXPECT_EQ(choice.best(), kPlain);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 1);
+    pass(kLight, 3, 11); // now 5.6 on average, of which two standard errors are not counted
+    EXPECT_EQ(choice.best(), kLight);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 4 * 2.6 * 2.6);
+    EXPECT_DOUBLE_EQ(choice.figures(1).variance, 3);
+    pass(kPlain, 1, 1);
+    choice.observe(kPlain, 1, 10, true); // what is estimated changes
+    EXPECT_EQ(choice.best(), kPlain);
+}
+
 // Moments of single paths put the unguided method at 8, the truth is 1, as of Sobol points that do well.
 TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
     std::mt19937 random(7);

@@ -49,6 +49,18 @@ TEST(Mitsuba, NamesParametersAsItsUsersDo) {
     EXPECT_EQ(std::string(s.format->exported), "scene.xml");
 }
 
+TEST(Mitsuba, GlobsLeaveOutTheNormalsOfGlass) {
+    const TempFolder folder;
+    const Scene s = loadText(folder, kSquare + "<shape type=\"sphere\"><bsdf type=\"dielectric\" id=\"glass\"/></shape>");
+    const std::uint32_t wall = s.parameter("wall.normal"), glass = s.parameter("glass.normal");
+    std::vector<std::string> left;
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"*.normal"}, &left), std::vector<std::uint32_t>{wall});
+    EXPECT_EQ(left, std::vector<std::string>{"glass.normal"});
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"*"}).size(), s.parameters.size() - 1);
+    // Refused later, with the reason.
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"glass.normal", "glass.n*"}), std::vector<std::uint32_t>{glass});
+}
+
 TEST(Mitsuba, VariablesHaveDefaultsAndAreGivenBesideTheScene) {
     const TempFolder folder;
     const std::string scene = "<default name=\"depth\" value=\"3\"/><default name=\"kind\" value=\"path\"/>"

@@ -16,6 +16,7 @@ constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
 constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one that counts
 constexpr std::uint32_t kReconsider = 32;   // passes between two later trials
 constexpr std::uint32_t kRefresh = 4;       // passes before such a trial that learn for it
+constexpr double kSignificant = 2;          // standard errors by which the means of two methods must differ
 constexpr double kHopeless = 4;             // a method whose score is so many times the best one's is not tried again
 constexpr double kCanWin = 1.5;             // nor at all, where others let expect so many times the best one's
 
@@ -52,7 +53,21 @@ SamplingFigures SamplingChoice::figures(std::size_t method) const {
         f.variance = *differences_[method].variance() * unit_;
     else if (ratiosTell())
         f.variance *= state_.ratios[method];
+    f.variance = std::max(f.variance, unseenVariance(method));
     return f;
+}
+
+double SamplingChoice::unseenVariance(std::size_t method) const {
+    if (!(means_[method] > 0))
+        return 0;
+    double missed = 0;
+    for (std::size_t i = 0; i < methods_.size(); ++i) {
+        if (!(means_[i] > means_[method]))
+            continue;
+        const double error = std::sqrt((state_.figures[i].variance + state_.figures[method].variance) / meanSpp_);
+        missed = std::max(missed, means_[i] - means_[method] - kSignificant * error);
+    }
+    return meanSpp_ * missed * missed;
 }
 
 double SamplingChoice::score(std::size_t method) const {
@@ -139,8 +154,10 @@ void SamplingChoice::observe(const SamplingMethod& method, double variance, doub
         return;
     const SamplingFigures before = state_.figures[i];
     state_.figures[i].add(variance, raysPerPath);
-    if (drifting)
-        differences_.assign(methods_.size(), {}); // passes differ by more than their noise
+    if (drifting) { // passes differ by more than their noise
+        differences_.assign(methods_.size(), {});
+        means_.assign(methods_.size(), 0.0);
+    }
     const bool inARow = std::exchange(state_.last, i) == i;
     if (!drifting || !inARow || !(before.variance > 0))
         return;
@@ -155,6 +172,14 @@ void SamplingChoice::observeResult(const SamplingMethod& method, std::span<const
         return;
     differences_[i].add(result);
     unit_ = unit;
+}
+
+void SamplingChoice::observeMean(const SamplingMethod& method, double mean, std::uint32_t spp) {
+    const std::size_t i = indexOf(method);
+    if (i == methods_.size() || !(mean > 0) || !std::isfinite(mean))
+        return;
+    means_[i] += (means_[i] > 0 ? kNewWeight : 1) * (mean - means_[i]);
+    meanSpp_ = spp;
 }
 
 void SamplingChoice::observeRepetition(const SamplingMethod& method, double ratio) {
@@ -179,6 +204,7 @@ void SamplingChoice::setFigures(const SamplingMethod& method, const SamplingFigu
         state_.figures[i] = figures;
     state_.ratios.assign(methods_.size(), 0.0);
     differences_.assign(methods_.size(), {});
+    means_.assign(methods_.size(), 0.0);
 }
 
 } // namespace cmpg

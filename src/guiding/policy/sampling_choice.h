@@ -24,7 +24,7 @@ struct SamplingFigures {
 // clock takes part, so equal runs choose alike.
 class SamplingChoice {
   public:
-    explicit SamplingChoice(std::vector<SamplingMethod> methods) : methods_(std::move(methods)), state_{std::vector<SamplingFigures>(methods_.size()), std::vector<double>(methods_.size())}, differences_(methods_.size()) {}
+    explicit SamplingChoice(std::vector<SamplingMethod> methods) : methods_(std::move(methods)), state_{std::vector<SamplingFigures>(methods_.size()), std::vector<double>(methods_.size())}, differences_(methods_.size()), means_(methods_.size()) {}
 
     // Trials of an optimisation, one round: the guide learns from a pass of the first method, which is measured, and from two of the method to be
     // tried next, whose gradients are better where guides pay: an optimiser remembers noisy ones. Then every other method is tried once, those with
@@ -51,6 +51,10 @@ class SamplingChoice {
     // variance(), for a variance summed over the result's entries. Where passes of every method without roulette can be told apart by it, the
     // figures hold the variance from differences in place of the one observed.
     void observeResult(const SamplingMethod& method, std::span<const double> result, double unit);
+    // What an observed pass of `spp` samples per pixel brought in all: the sum of its contributions' sizes, as observe()'s variance has the sum of their
+    // squares; what is estimated must be that of the earlier passes. A method whose passes bring significantly less than another's, both being
+    // unbiased, has not drawn yet what it draws rarely: its variance counts as if all it misses came with one path of a pass.
+    void observeMean(const SamplingMethod& method, double mean, std::uint32_t spp);
     // The variance of a pass that ran in two halves, from how their results differ, over that which observe() was told. While it is known for
     // every method that was measured, figures count it in: only it sees what Sobol points gain, and it holds while the variance itself drifts.
     void observeRepetition(const SamplingMethod& method, double ratio);
@@ -71,6 +75,7 @@ class SamplingChoice {
     void restore(State state) { // of as many methods
         state_ = std::move(state);
         differences_.assign(methods_.size(), {});
+        means_.assign(methods_.size(), 0.0);
     }
     // Variance times cost; infinite where nothing was measured.
     double score(std::size_t method) const;
@@ -81,11 +86,14 @@ class SamplingChoice {
     bool ratiosTell() const;                           // of every method that was measured
     bool canWin(std::size_t method) const;
     std::optional<std::size_t> untried() const; // to be tried next
+    double unseenVariance(std::size_t method) const; // at least, by observeMean()
 
     std::vector<SamplingMethod> methods_;
     State state_; // variances from moments
     std::vector<PassDifferences> differences_;
     double unit_ = 1; // of their variances
+    std::vector<double> means_; // of observeMean(), later ones counting more; 0: not known
+    double meanSpp_ = 0;
 };
 
 } // namespace cmpg
