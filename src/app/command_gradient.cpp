@@ -1,6 +1,7 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
 #include "app/commands.h"
 #include "app/display.h"
+#include "base/communicator.h"
 #include "imaging/layers_file.h"
 #include "lab/batched_passes.h"
 #include "lab/gradient_check.h"
@@ -68,7 +69,7 @@ Image forward(const Options& options, Report& report, Session& session, const Vi
     }
     report.seconds.gradient += watch.seconds();
     report.spp = spp;
-    if (layered) {
+    if (layered && ranks().isRoot()) {
         writeLayers(options.layers, layers, usesGuide(options));
         report.outputs.emplace_back("layers", options.layers);
     }
@@ -94,7 +95,8 @@ void writeGradients(const Options& options, Report& report, Session& session, co
         const bool single = session.parameters.size() == 1;
         const std::filesystem::path file = single ? std::filesystem::path(options.output)
                                                   : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
-        writeExr(file, parameterImage(parameter, gradients[i]));
+        if (ranks().isRoot())
+            writeExr(file, parameterImage(parameter, gradients[i]));
         session.warnUnreached(session.parameters[i], std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));
         report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
     }
@@ -231,7 +233,8 @@ ExitStatus runForward(const Options& options, Report& report, Session& session) 
         const Image gradient = forward(options, report, session, view, code);
         if (session.parameters.size() == 1)
             session.warnUnreached(session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
-        writeExr(options.output, gradient);
+        if (ranks().isRoot())
+            writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
         session.finish(&gradient);
     }

@@ -1,6 +1,7 @@
 // render: an image of the scene, and layers of what the camera sees.
 #include "app/commands.h"
 #include "app/display.h"
+#include "base/communicator.h"
 #include "imaging/layers_file.h"
 #include "lab/batched_passes.h"
 #include "session/guided_session.h"
@@ -46,11 +47,13 @@ ExitStatus runRender(const Options& options, Report& report) {
     }
     report.seconds.primal = watch.seconds();
 
-    writeExr(options.output, image);
-    report.outputs.emplace_back("image", options.output);
-    if (!options.layers.empty()) {
-        writeLayers(options.layers, layers, usesGuide(options));
-        report.outputs.emplace_back("layers", options.layers);
+    if (ranks().isRoot()) {
+        writeExr(options.output, image);
+        report.outputs.emplace_back("image", options.output);
+        if (!options.layers.empty()) {
+            writeLayers(options.layers, layers, usesGuide(options));
+            report.outputs.emplace_back("layers", options.layers);
+        }
     }
     guided.finish();
     session.finish(&image);

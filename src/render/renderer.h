@@ -15,6 +15,8 @@
 
 namespace cmpg {
 
+class Communicator;
+
 enum class Sampler { Independent, Sobol };
 
 // Fixed for the life of a renderer: decides which kernels are built and which buffers exist.
@@ -34,6 +36,9 @@ struct RenderConfig {
     SdTreeConfig guide = {};
     float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
+    // Who shares the passes: every rank makes the same calls with the same arguments, takes some of the pixels, and gets the whole result, the same bits
+    // as from one rank. Null: this process alone. It outlives the renderer.
+    Communicator* ranks = nullptr;
 };
 
 // An image, and what is to be subtracted from it for the image under the second set of values.

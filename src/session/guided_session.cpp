@@ -1,6 +1,7 @@
 // The guide of a command: learned, loaded and saved as the options say.
 #include "session/guided_session.h"
 
+#include "base/communicator.h"
 #include "base/error.h"
 
 #include <algorithm>
@@ -100,7 +101,7 @@ void GuidedSession::finish() {
             for (const auto& [kind, f] : *figures)
                 textOut(options_) << "    " << samplingName(kind) << with << ": variance " << f.variance << ", " << f.rays << " rays a path\n";
     }
-    if (options_.saveGuide.empty())
+    if (options_.saveGuide.empty() || !ranks().isRoot())
         return;
     GuideContext context = passes_.guideContext();
     context.geometry = geometryHash(session_.scene);
