@@ -8,7 +8,7 @@ namespace cmpg {
 namespace {
 
 // Of a band at least: smaller batches cost more in submissions than they gain in balance. At most so many bands a rank.
-constexpr std::uint64_t kBandSamples = 1 << 13, kMostBands = 8;
+constexpr std::uint64_t kBandSamples = 1 << 15, kMostBands = 8;
 
 template <class T> void shareBands(std::vector<T>& pixels, Communicator& ranks, std::span<const PixelBand> bands) {
     std::vector<std::size_t> sizes(std::size_t(ranks.size()));

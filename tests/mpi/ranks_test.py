@@ -3,7 +3,7 @@
 
 usage: ranks_test.py SCENARIO PROGRAM SOURCE MPIRUN
 
-same      images, gradients and recoveries from 1, 2, 3 and 4 ranks
+same      images, gradients and recoveries from 1, 2, 3 and 4 ranks; some with several bands of pixels a rank
 many      the same recovery from 16 ranks, more than there are processors
 resume    a checkpoint of 2 ranks goes on with 3
 killed    a rank that is killed ends the run, with a checkpoint that goes on (Open MPI alone: MPICH's launcher kills all others at once)
@@ -91,10 +91,10 @@ def recovery(output, *more):
 def same():
     size = ["--width", "48", "--height", "40", "--quiet"]
     compare((1, 2, 3, 4), {
-        "image": lambda o: ["render", box, *size, "--spp", "8", "-o", str(o)],
+        "image": lambda o: ["render", box, *size, "--spp", "256", "-o", str(o)],
         "guided-image": lambda o: ["render", box, *size, "--spp", "4", "--sampling", "conditional", "--train", "2", "-o", str(o)],
         "forward": lambda o: ["gradient", box, *size, "--param", "painting.baseColor", "--spp-gradient", "4", "-o", str(o)],
-        "reverse": lambda o: ["gradient", box, "--param", "painting.baseColor", "--target", target(), "--spp", "4", "--spp-gradient", "8", "--train", "3", "--quiet",
+        "reverse": lambda o: ["gradient", box, "--param", "painting.baseColor", "--target", target(), "--spp", "4", "--spp-gradient", "128", "--train", "3", "--quiet",
                               "-o", str(o)],
         "run": recovery,
         "run-adam": lambda o: recovery(o, "--optimizer", "adam", "--spp-difference", "0", "--sampling", "conditional"),
