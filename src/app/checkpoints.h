@@ -1,6 +1,7 @@
 // When a run keeps a checkpoint, and where it goes on from one.
 #pragma once
 
+#include "base/communicator.h"
 #include "base/stopwatch.h"
 #include "optimize/checkpoint.h"
 #include "optimize/event_log.h"
@@ -20,7 +21,7 @@ class Checkpoints {
     // Writes one if it is time. One that cannot be written is told, and no error: the run goes on without.
     void afterStep(const Optimization& run, const ImageModel& model);
     void write(const Optimization& run, const ImageModel& model);
-    bool on() const { return interval_.steps > 0 || interval_.seconds > 0; }
+    bool on() const { return ranks().isRoot() && (interval_.steps > 0 || interval_.seconds > 0); } // all ranks have the same to keep
 
   private:
     std::filesystem::path folder_, resumed_;

@@ -1,6 +1,7 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
 #include "app/commands.h"
 #include "app/display.h"
+#include "base/communicator.h"
 #include "optimize/gradient_check.h"
 #include "optimize/losses.h"
 #include "optimize/run_folder.h"
@@ -55,7 +56,8 @@ void writeGradients(const Options& options, Report& report, RenderSession& sessi
         const bool single = session.parameters.size() == 1;
         const std::filesystem::path file = single ? std::filesystem::path(options.output)
                                                   : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
-        writeExr(file, parameterImage(parameter, gradients[i]));
+        if (ranks().isRoot())
+            writeExr(file, parameterImage(parameter, gradients[i]));
         warnUnreached(parameter.name, std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));
         report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
     }
@@ -157,7 +159,8 @@ ExitStatus runForward(const Options& options, Report& report, RenderSession& ses
         const Image gradient = forward(options, report, session, directions, code);
         if (session.parameters.size() == 1)
             warnUnreached(session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
-        writeExr(options.output, gradient);
+        if (ranks().isRoot())
+            writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
         session.finish(&gradient);
     }

@@ -3,6 +3,7 @@
 #include "app/commands.h"
 #include "app/display.h"
 #include "app/run_identity.h"
+#include "base/communicator.h"
 #include "base/log.h"
 #include "imaging/contact_sheet.h"
 #include "imaging/loss_curve.h"
@@ -17,10 +18,12 @@
 #include "session/interrupt.h"
 #include "session/optimize_options.h"
 #include "session/output.h"
+#include "session/ranks.h"
 #include "session/session.h"
 #include "session/targets.h"
 
 #include <algorithm>
+#include <atomic>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -105,11 +108,14 @@ class RunLog {
     void afterStep(const StepReport& step, const RenderStatistics& statistics, const Report& report, const MemoryUse& device) {
         for (const GradientWatch::Finding& finding : watch_.observe(step))
             log_.warn(finding.event, withOptions(finding.text, finding.options), finding.numbers);
-        if ((step.step + 1) % interval_ == 0)
-            log_.info("progress", "",
-                      {{"loss", step.loss}, {"gradient_norm", recordOf(step).gradientNorm}, {"largest_samples", step.concentration}, {"paths", double(statistics.paths)},
-                       {"device_bytes", double(device.current)}, {"host_bytes", double(hostBytes())}});
         EventLog::Numbers numbers;
+        if ((step.step + 1) % interval_ == 0) {
+            numbers = {{"loss", step.loss}, {"gradient_norm", recordOf(step).gradientNorm}, {"largest_samples", step.concentration}, {"paths", double(statistics.paths)},
+                       {"device_bytes", double(device.current)}, {"host_bytes", double(hostBytes())}};
+            if (const Traffic sent = ranks().traffic(); sent.calls > 0)
+                numbers.insert(numbers.end(), {{"rank_calls", double(sent.calls)}, {"rank_bytes", double(sent.bytes)}, {"rank_seconds", sent.seconds}});
+            log_.info("progress", "", std::exchange(numbers, {}));
+        }
         std::uint64_t sum = 0;
         for (const auto* dropped : {&statistics.dropped, &report.dropped})
             for (const auto& [kind, count] : *dropped)
@@ -182,16 +188,19 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     Session session(options, report);
     const Views views = loadViews(options, session.scene, config);
     requireWritableFolder(options.output);
-    EventLog log(std::filesystem::path(options.output) / "log.jsonl");
+    const std::filesystem::path output = ranks().isRoot() ? options.output : std::string(); // one rank writes
+    EventLog log(output.empty() ? output : output / "log.jsonl");
     Options effective = options;
     effective.maxDepth = options.effectiveDepth(session.scene.maxDepth);
     Checkpoint::Identity identity = runIdentity(effective, session.scene, session.parameters, views.views, config.targets);
     std::optional<RecoveryRun> recovery;
-    session.prepare(views.views.front(), options.output, [&](const RenderConfig& rendering) -> Renderer& {
+    session.prepare(views.views.front(), output, [&](const RenderConfig& rendering) -> Renderer& {
         return recovery.emplace(session.device(), session.scene, rendering, sessionOptions(options)).renderer();
     });
     GuidedSession guided(options, report, session, recovery->passes());
-    config.stop = &stopOnInterrupt();
+    stopOnInterrupt();
+    std::atomic<bool> stop = false; // agreed on
+    config.stop = &stop;
 
     DisplayStream display(options.displayServer, displayTitle(options));
     config.onImage = [&](std::size_t view, const Image& image) {
@@ -211,7 +220,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     ImageModel& model = recovery->model();
     Checkpoints checkpoints(effective, std::move(identity), report.device + ", " + report.driver, log);
     const std::optional<Checkpoint> start = checkpoints.find();
-    RunFolder folder(options.output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
+    RunFolder folder(output, start ? std::span<const StepRecord>(start->state.history) : std::span<const StepRecord>());
     folder.writeTargets(run);
     const Values startValues = valuesOf(run);
     if (start) {
@@ -232,8 +241,10 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     double lastStep = report.elapsed();
     const auto afterStep = [&](const StepReport& step) {
         const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);
-        if (options.timeBudget && now + taken > double(*options.timeBudget))
+        const StepAgreement agreed = agreeAfterStep(step.loss, options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
+        if (agreed.timeUp)
             run.stopAfter(step.step + 1);
+        stop = agreed.stop;
         log.setStep(step.step + 1);
         addStep(report, recordOf(step));
         folder.appendStep(step);

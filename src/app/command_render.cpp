@@ -1,6 +1,7 @@
 // render: an image of the scene, and layers of what the camera sees.
 #include "app/commands.h"
 #include "app/display.h"
+#include "base/communicator.h"
 #include "session/output.h"
 #include "session/render_session.h"
 
@@ -22,7 +23,8 @@ ExitStatus runRender(const Options& options, Report& report) {
     report.seconds.primal = done.seconds;
     const ExitStatus code = session.conclude(done, &Options::spp);
 
-    writeExr(options.output, image);
+    if (ranks().isRoot())
+        writeExr(options.output, image);
     report.outputs.emplace_back("image", options.output);
     session.tell(done);
     session.finish(&image);

@@ -1,7 +1,9 @@
 // The program: parses, runs one command, turns errors into a message on stderr and an exit code.
 #include "app/commands.h"
 #include "app/parse_options.h"
+#include "app/start_ranks.h"
 #include "app/viewer_module.h"
+#include "base/communicator.h"
 #include "session/explain.h"
 #include "session/interrupt.h"
 
@@ -42,7 +44,10 @@ ExitStatus dispatch(const Options& options, Report& report) {
 }
 
 ExitStatus run(int argc, char** argv) {
-    const Options options = parseOptions(argc, argv);
+    Options options = parseOptions(argc, argv);
+    requireRanksFit(options);
+    if (!ranks().isRoot())
+        options.displayServer.clear();
     Report report(options);
     const ExitStatus code = dispatch(options, report);
     if (options.json && options.command != Command::Open)
@@ -57,12 +62,19 @@ ExitStatus run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     exitOnInterrupt();
-    return int(explainErrors([&] {
+    bool failed = false;
+    const ExitStatus status = explainErrors([&] {
         try {
+            startRanks();
             return run(argc, argv);
         } catch (const HelpRequested& help) {
             std::cout << help.text;
             return ExitStatus::Done;
+        } catch (const std::exception& error) {
+            failed = true;
+            reportRankFailure(error.what());
+            throw;
         }
-    }));
+    });
+    return int(endRanks(status, failed));
 }

@@ -1,35 +1,25 @@
 // The window is a module of its own, loaded when asked for: without it the program needs no window library.
 #include "app/viewer_module.h"
 
+#include "app/module_file.h"
+
 #include <dlfcn.h>
-#include <filesystem>
 
 namespace cmpg {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr const char* kModuleFile = "libcmpg-viewer.so";
 
 constexpr const char* kRemedy = "work without a window: cmpg-vk --headless COMMAND SCENE ...; cmpg-vk --help lists the commands";
 
-// Beside the program as in a build folder, or where it is installed.
-fs::path findModule() {
-    std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
-    for (const fs::path& folder : {program, program / CMPG_MODULE_FOLDER})
-        if (fs::exists(folder / kModuleFile, error))
-            return folder / kModuleFile;
-    throw Error(ErrorKind::Device, std::string("there is no window here: ") + kModuleFile + " is missing",
-                "the program was built with -DCMPG_VIEWER=OFF, or the file was not installed; it was looked for in " + program.string() +
-                    " and " + (program / CMPG_MODULE_FOLDER).lexically_normal().string(),
-                kRemedy);
-}
-
 } // namespace
 
 ExitStatus runViewerModule(const Options& options) {
-    const fs::path file = findModule();
+    const std::optional<std::filesystem::path> found = findModule(kModuleFile);
+    if (!found)
+        throw Error(ErrorKind::Device, std::string("there is no window here: ") + kModuleFile + " is missing",
+                    "the program was built with -DCMPG_VIEWER=OFF, or the file was not installed; it was looked for in " + modulePlaces(), kRemedy);
+    const std::filesystem::path& file = *found;
     void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL); // stays loaded: libraries it brings may have threads
     const auto enter = module ? reinterpret_cast<ViewerMain>(dlsym(module, kViewerMain)) : nullptr;
     if (!enter) {

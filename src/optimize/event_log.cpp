@@ -57,6 +57,8 @@ void EventLog::warn(const std::string& event, const std::string& text, Numbers n
 }
 
 void EventLog::write(LogLevel level, std::string_view event, std::string_view text) {
+    if (file_.empty())
+        return;
     const std::lock_guard lock(mutex_);
     nlohmann::ordered_json line;
     line["time"] = now();

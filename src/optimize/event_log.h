@@ -18,7 +18,7 @@ class EventLog {
   public:
     using Numbers = std::vector<std::pair<std::string, double>>;
 
-    explicit EventLog(std::filesystem::path file);
+    explicit EventLog(std::filesystem::path file); // empty: nothing is kept
     ~EventLog();
     EventLog(const EventLog&) = delete;
 

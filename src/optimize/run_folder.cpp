@@ -50,6 +50,8 @@ Image parameterImage(const Parameter& parameter, std::span<const double> values)
 }
 
 void RunFolder::attempt(const std::function<void()>& write) {
+    if (path_.empty())
+        return;
     try {
         write();
     } catch (const Error& error) {
@@ -60,6 +62,8 @@ void RunFolder::attempt(const std::function<void()>& write) {
 }
 
 RunFolder::RunFolder(fs::path folder, std::span<const StepRecord> history) : path_(std::move(folder)) {
+    if (path_.empty())
+        return;
     makeFolder(path_);
     writeLosses(history);
     outputs_.emplace_back("loss", path_ / "loss.csv");

@@ -18,6 +18,7 @@ namespace cmpg {
 // so that what is there is whole at any time.
 class RunFolder {
   public:
+    // An empty one: nothing is written, as on all ranks but the first.
     // Makes the folder and starts loss.csv with the steps of a run that this one goes on from. Error(Output) if that fails.
     explicit RunFolder(std::filesystem::path folder, std::span<const StepRecord> history = {});
     // From now on what cannot be written is told instead of thrown, and everything else is written all the same.

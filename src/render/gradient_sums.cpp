@@ -14,6 +14,17 @@ void clearSums(Buffer& sums, std::uint64_t entries) {
         sums.upload(std::as_bytes(std::span(zeros)).first(8 * std::min<std::uint64_t>(zeros.size(), entries - at)), 8 * at);
 }
 
+void shareSums(Buffer& sums, std::uint64_t entries, Communicator& ranks) {
+    constexpr std::uint64_t kPortion = 1u << 22;
+    if (ranks.size() == 1)
+        return;
+    for (std::uint64_t at = 0; at < entries; at += kPortion) {
+        std::vector<std::int64_t> portion = sums.downloadAll<std::int64_t>(std::min(kPortion, entries - at), 8 * at);
+        sumSparse(ranks, portion);
+        sums.uploadAll(portion, 8 * at);
+    }
+}
+
 bool resolved(const Buffer& sums, std::uint64_t entries, const Unsummed& unsummed) {
     constexpr std::uint64_t kPortion = 1u << 18;
     bool contributed = unsummed.tooSmall;

@@ -47,7 +47,8 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 } // namespace
 
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
-    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
+    : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), ranks_(config.ranks ? *config.ranks : oneRank()),
+      mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
       })), share_(config.guideShare), rouletteEffort_(config.rouletteEffort) {
     buffers.publish(tree);
@@ -83,7 +84,7 @@ void Guide::setUnits(double radiance, double shortestNormal) {
 UpdateReport Guide::update() {
     if (!open_)
         return {};
-    const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_);
+    const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_, ranks_);
     const UpdateReport report = tree.update(records);
     open_ = false;
     published_ = false;
@@ -98,7 +99,7 @@ void Guide::publish() {
 
 void Guide::discardRecords() {
     if (open_)
-        buffers.collect(tree, primalUnit_, derivativeUnit_);
+        buffers.collect(tree, primalUnit_, derivativeUnit_, ranks_);
     open_ = false;
 }
 

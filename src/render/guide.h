@@ -1,6 +1,7 @@
 // The guide of a renderer: the tree, its copy on the device, and the units of the records between two updates.
 #pragma once
 
+#include "base/communicator.h"
 #include "guiding/field/guide_buffers.h"
 #include "render/integer_scale.h"
 #include "render/renderer.h"
@@ -33,6 +34,7 @@ struct Guide {
     double meanRadiance() const;
     void setUnits(double radiance, double shortestNormal);
 
+    Communicator& ranks_;
     std::uint64_t mostNodes_; // that surely fit
     bool emission_; // derivatives by emission have no unit of radiance
     float share_;

@@ -35,8 +35,7 @@ PassInput passInput(const View& view, const PassKey& key, std::uint32_t spp) {
     return in;
 }
 
-gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, BatchStart& start, std::vector<std::uint32_t>& offsets) {
-    const std::size_t pixels = std::size_t(in.width) * in.height;
+gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t end, BatchStart& start, std::vector<std::uint32_t>& offsets) {
     gpu::Batch batch{};
     batch.seed = {std::uint32_t(in.key.seed), std::uint32_t(in.key.seed >> 32)};
     batch.step = in.key.step;
@@ -53,7 +52,7 @@ gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, BatchStart& start,
     placeCamera(batch, in.view);
     offsets.clear();
     bool split = false; // the last pixel goes on in the next batch
-    while (start.pixel < pixels && !split && batch.paths < most && offsets.size() < most) {
+    while (start.pixel < end && !split && batch.paths < most && offsets.size() < most) {
         const std::uint32_t left = in.samples(start.pixel) - start.sample;
         const std::uint32_t take = std::min({left, most - batch.paths, gpu::kMaxPixelSamples});
         offsets.push_back(batch.paths);

@@ -31,8 +31,9 @@ struct BatchStart {
     std::uint32_t sample = 0;
 };
 
-// A batch of at most `most` paths from `start` on, which moves to what comes next. offsets[i]: first path of its pixel i; one more, the end.
-gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, BatchStart& start, std::vector<std::uint32_t>& offsets);
+// A batch of at most `most` paths of pixels before `end` from `start` on, which moves to what comes next. offsets[i]: first path of its pixel i; one more,
+// the end.
+gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t end, BatchStart& start, std::vector<std::uint32_t>& offsets);
 
 // The adjoint of a batch's pixels, for one sample each.
 std::vector<glm::vec3> adjointTile(const PassInput& in, const gpu::Batch& batch);

@@ -1,9 +1,12 @@
 // Runs passes: batch after batch through the kernels.
 #include "render/pass_runner.h"
 
+#include "base/communicator.h"
 #include "render/moment_sum.h"
+#include "render/pass_bands.h"
 
 #include <chrono>
+#include <type_traits>
 
 namespace cmpg {
 
@@ -12,35 +15,82 @@ using gpu::kModeDifference, gpu::kModeReverse;
 PassRunner::PassRunner(Device& device, const FeatureSet& features, const SceneBuffers& buffers, std::optional<Guide>& guide, const RenderConfig& config)
     : kernels(device, features, buffers, guide ? &guide->buffers : nullptr, config), device_(device), buffers_(buffers), guide_(guide), config_(config) {}
 
+// What a pass has left so far.
+struct PassRunner::Progress {
+    explicit Progress(std::uint32_t depths) : counts(depths) {}
+    std::uint32_t most = 0;    // paths of a batch, as the pools allow
+    std::vector<Counts> counts; // by depth, at least one
+    MomentSum moments;
+    static_assert(std::is_trivially_copyable_v<MomentSum>); // it travels
+    std::vector<std::vector<LateMoment>> late; // by band, where ranks share the pass; else `moments` has them
+};
+
+Communicator& PassRunner::ranks() const { return config_.ranks ? *config_.ranks : oneRank(); }
+
 PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInput& in,
                                     const std::function<void(std::size_t, const Gathered&)>& receive) {
-    const bool film = bool(receive), layers = pass.layers;
+    // A pilot image is too small to be shared: each rank makes the whole one.
+    Communicator& ranks = in.pilot ? oneRank() : this->ranks();
     if (guide_)
         guide_->publish();
     PassKernels::Kernels& k = prepare(pass);
     if (countersOpen_)
-        countDropped();
+        countDropped(oneRank());
     countersOpen_ = true;
     if (guide_)
         guide_->beginPass(pass, in.plan, in.spp);
     Commands commands(device_);
-    k.wavefront.recordCommands(commands, buffers_, pools(), guideBuffers(), film, in.plan.keepRecords && !in.pilot);
+    k.wavefront.recordCommands(commands, buffers_, pools(), guideBuffers(), bool(receive), in.plan.keepRecords && !in.pilot);
 
-    const bool differences = pass.mode == kModeDifference;
-    const std::size_t pixels = std::size_t(in.width) * in.height;
     // Copies of split paths need space; how much shows as the pass continues. Results do not depend on it.
-    std::uint32_t most = pass.roulette ? std::min(rouletteCapacity_, pools().capacity) : pools().capacity;
+    Progress progress(config_.maxDepth);
+    progress.most = pass.roulette ? std::min(rouletteCapacity_, pools().capacity) : pools().capacity;
+    const std::size_t pixels = std::size_t(in.width) * in.height;
+    const std::vector<PixelBand> bands = pixelBands(in, ranks.size());
+    const bool shared = ranks.size() > 1;
+    std::optional<BandFilm> film;
+    if (shared && receive)
+        film.emplace(pixels, pass.mode == kModeDifference, pass.layers);
+    for (const PixelBand& band : bands) {
+        if (shared)
+            progress.late.emplace_back();
+        if (band.rank == ranks.rank())
+            runBand(pass, in, band, commands, k.batchSize, progress,
+                    film ? [&](std::size_t pixel, const Gathered& g) { film->set(pixel, g); } : receive);
+    }
+    PassResult result;
+    countRays(progress.counts, ranks, result);
+    if (film) {
+        film->share(ranks, bands);
+        for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+            receive(pixel, film->get(pixel));
+    }
+    if (pass.measure && !in.pilot) {
+        // In the order of the pixels: the sum goes from rank to rank.
+        for (std::size_t b = 0; b < progress.late.size(); ++b) {
+            for (const LateMoment& late : progress.late[b])
+                progress.moments.add(late.pixel, late.moment);
+            ranks.broadcast(std::as_writable_bytes(std::span(&progress.moments, 1)), bands[b].rank);
+        }
+        result.variance = progress.moments.variance();
+        result.reference = progress.moments.reference() / double(pixels);
+        result.concentration = progress.moments.concentration();
+    }
+    return {result, countDropped(ranks)};
+}
+
+void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, const PixelBand& band, Commands& commands, BatchSize& batchSize,
+                         Progress& progress, const std::function<void(std::size_t, const Gathered&)>& receive) {
+    const bool film = bool(receive), layers = pass.layers, differences = pass.mode == kModeDifference;
     std::vector<std::uint32_t> offsets;
     std::vector<gpu::FilmPixel> tile, differenceTile;
     std::vector<gpu::LayerSample> layerTile;
     Gathered carry;
-    BatchStart next;
-    PassResult result;
-    MomentSum moments;
-    while (next.pixel < pixels) {
+    BatchStart next{band.begin, 0};
+    while (next.pixel < band.end) {
         const BatchStart start = next;
         const bool bounded = interaction.submissionSeconds > 0;
-        const gpu::Batch batch = nextBatch(in, bounded ? std::min(most, k.batchSize.paths()) : most, next, offsets);
+        const gpu::Batch batch = nextBatch(in, bounded ? std::min(progress.most, batchSize.paths()) : progress.most, band.end, next, offsets);
         const bool split = next.sample > 0;
         pools().batch.upload(std::as_bytes(std::span(&batch, 1)));
         pools().pixelOffsets.uploadAll(offsets);
@@ -65,21 +115,30 @@ PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInpu
         }
         if (pass.mode == kModeReverse)
             pools().adjoint.uploadAll(adjointTile(in, batch));
-        submit(commands, batch.paths, k.batchSize);
+        submit(commands, batch.paths, batchSize);
         counts = pools().counts.downloadAll<gpu::QueueCounts>(config_.maxDepth);
         if (counts[0].overflow) {
             next = start;
-            most = std::max(1u, batch.paths / 2);
+            progress.most = std::max(1u, batch.paths / 2);
             continue;
         }
         if (pass.roulette && !in.pilot)
-            most = rouletteCapacity_ = capacityFor(batch, counts);
-        countRays(counts, result);
+            progress.most = rouletteCapacity_ = capacityFor(batch, counts);
+        for (std::size_t depth = 0; depth < counts.size(); ++depth) {
+            const gpu::QueueCounts& c = counts[depth];
+            Counts& sum = progress.counts[depth];
+            const std::uint32_t found[] = {c.rays, c.shadowRays, c.unfinished, c.drawn, c.guided, c.dead, c.lightShare};
+            for (std::size_t i = 0; i < kCounts; ++i)
+                sum[i] += found[i];
+        }
         if (pass.measure && !in.pilot) {
             const auto found = pools().pathMoments.downloadAll<gpu::PathMoment>(batch.paths);
             for (std::uint32_t p = 0; p < batch.pixels; ++p)
                 for (std::uint32_t i = offsets[p]; i < offsets[p + 1]; ++i)
-                    moments.add(batch.firstPixel + p, found[i]);
+                    if (progress.late.empty())
+                        progress.moments.add(batch.firstPixel + p, found[i]);
+                    else
+                        progress.late.back().push_back({batch.firstPixel + p, found[i]});
         }
         if (!film)
             continue;
@@ -96,12 +155,6 @@ PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInpu
             receive(batch.firstPixel + i, gathered(i));
         carry = split ? gathered(complete) : Gathered{};
     }
-    if (pass.measure && !in.pilot) {
-        result.variance = moments.variance();
-        result.reference = moments.reference() / double(pixels);
-        result.concentration = moments.concentration();
-    }
-    return {result, countDropped()};
 }
 
 void PassRunner::submit(Commands& commands, std::uint32_t paths, BatchSize& batchSize) const {
@@ -124,32 +177,35 @@ std::uint32_t PassRunner::capacityFor(const gpu::Batch& batch, const std::vector
     return std::uint32_t(std::clamp(fits, 1.0, double(kernels.pools().capacity)));
 }
 
-void PassRunner::countRays(const std::vector<gpu::QueueCounts>& counts, PassResult& result) {
-    statistics.paths += counts[0].rays;
-    result.paths += counts[0].rays;
-    for (const gpu::QueueCounts& c : counts) {
-        const std::uint64_t rays = std::uint64_t(c.rays) + c.shadowRays;
+void PassRunner::countRays(std::vector<Counts>& counts, Communicator& ranks, PassResult& result) {
+    ranks.sum({counts.front().data(), counts.size() * kCounts});
+    statistics.paths += std::uint64_t(counts[0][kRays]);
+    result.paths += std::uint64_t(counts[0][kRays]);
+    for (const Counts& c : counts) {
+        const std::uint64_t rays = std::uint64_t(c[kRays] + c[kShadowRays]);
         statistics.rays += rays;
         result.rays += rays;
-        statistics.dropped["trace: unfinished rays"] += c.unfinished;
-        if (c.drawn == 0)
+        statistics.dropped["trace: unfinished rays"] += std::uint64_t(c[kUnfinished]);
+        if (c[kDrawn] == 0)
             continue;
         statistics.guided.resize(config_.maxDepth);
         GuidedDepth& depth = statistics.guided[std::size_t(&c - counts.data())];
-        depth.drawn += c.drawn;
-        depth.guided += c.guided;
-        depth.dead += c.dead;
-        depth.lightShare += double(c.lightShare) / gpu::kShareUnits;
+        depth.drawn += std::uint64_t(c[kDrawn]);
+        depth.guided += std::uint64_t(c[kGuided]);
+        depth.dead += std::uint64_t(c[kDead]);
+        depth.lightShare += double(c[kLightShare]) / gpu::kShareUnits;
     }
 }
 
-Unsummed PassRunner::countDropped() {
+Unsummed PassRunner::countDropped(Communicator& ranks) {
     auto counters = pools().statistics.downloadAll<std::uint32_t>(gpu::kStatisticsCount);
-    statistics.dropped["shade_vertex: non-finite radiance"] += counters[gpu::kDroppedRadiance];
-    statistics.dropped["scan_tape: non-finite derivative"] += counters[gpu::kDroppedDerivative];
-    statistics.dropped["gather_film: non-finite sample"] += counters[gpu::kDroppedPixel];
-    statistics.dropped["scan_tape: saturated guide record"] += counters[gpu::kSaturatedRecord];
-    const Unsummed unsummed{counters[gpu::kSaturatedGradient], counters[gpu::kLostGradient] != 0};
+    std::vector<std::int64_t> all(counters.begin(), counters.end());
+    ranks.sum(all);
+    statistics.dropped["shade_vertex: non-finite radiance"] += std::uint64_t(all[gpu::kDroppedRadiance]);
+    statistics.dropped["scan_tape: non-finite derivative"] += std::uint64_t(all[gpu::kDroppedDerivative]);
+    statistics.dropped["gather_film: non-finite sample"] += std::uint64_t(all[gpu::kDroppedPixel]);
+    statistics.dropped["scan_tape: saturated guide record"] += std::uint64_t(all[gpu::kSaturatedRecord]);
+    const Unsummed unsummed{std::uint32_t(all[gpu::kSaturatedGradient]), all[gpu::kLostGradient] != 0};
     std::fill(counters.begin(), counters.end(), 0u);
     pools().statistics.uploadAll(counters);
     countersOpen_ = false;

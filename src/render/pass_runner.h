@@ -16,6 +16,10 @@ struct Gathered {
     gpu::LayerSample layers{};
 };
 
+class Communicator;
+class BandFilm;
+struct PixelBand;
+
 class PassRunner {
   public:
     // All outlive this; `guide`: empty where there is no room for one.
@@ -29,19 +33,32 @@ class PassRunner {
         PassResult result;
         Unsummed unsummed;
     };
-    // Calls receive(pixel, gathered) for every pixel, in order; without `receive` there is no film.
+    // Calls receive(pixel, gathered) for every pixel, in order; without `receive` there is no film. Gradient sums are those of this rank's pixels, all
+    // else is of all ranks.
     Outcome run(const FeatureSet::Pass& pass, const PassInput& in, const std::function<void(std::size_t, const Gathered&)>& receive);
 
     // Compiled, with the pools that it needs.
     PassKernels::Kernels& prepare(const FeatureSet::Pass& pass) { return kernels.prepare(pass, interaction.compiling); }
     Pools& pools() { return kernels.pools(); }
+    Communicator& ranks() const;
 
   private:
     const GuideBuffers* guideBuffers() const { return guide_ ? &guide_->buffers : nullptr; }
     void submit(Commands& commands, std::uint32_t paths, BatchSize& batchSize) const;
     std::uint32_t capacityFor(const gpu::Batch& batch, const std::vector<gpu::QueueCounts>& counts) const;
-    void countRays(const std::vector<gpu::QueueCounts>& counts, PassResult& result);
-    Unsummed countDropped();
+    // Of a pass so far, by depth: sums of the fields of QueueCounts.
+    enum Count { kRays, kShadowRays, kUnfinished, kDrawn, kGuided, kDead, kLightShare, kCounts };
+    using Counts = std::array<std::int64_t, kCounts>;
+    // A path's moment, to be summed when those of the pixels before it are.
+    struct LateMoment {
+        std::uint32_t pixel;
+        gpu::PathMoment moment;
+    };
+    struct Progress;
+    void runBand(const FeatureSet::Pass& pass, const PassInput& in, const PixelBand& band, Commands& commands, BatchSize& batchSize, Progress& progress,
+                 const std::function<void(std::size_t, const Gathered&)>& receive);
+    void countRays(std::vector<Counts>& counts, Communicator& ranks, PassResult& result);
+    Unsummed countDropped(Communicator& ranks);
 
     Device& device_;
     const SceneBuffers& buffers_;

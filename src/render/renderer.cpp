@@ -257,6 +257,7 @@ PassResult Renderer::reverse(const View& view, std::uint32_t spp, const PassKey&
         in.emissionScale = units.emissionScale();
         clearSums(r.runner.pools().gradients, entries);
         const PassRunner::Outcome outcome = r.runner.run(pass, in, {});
+        shareSums(r.runner.pools().gradients, entries, r.runner.ranks());
         if (first)
             result = outcome.result;
         else

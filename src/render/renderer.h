@@ -18,6 +18,8 @@
 
 namespace cmpg {
 
+class Communicator;
+
 // Fixed for the life of a renderer: decides which kernels are built and which buffers exist.
 struct RenderConfig {
     std::vector<std::uint32_t> differentiable = {}; // parameters gradients may be asked for
@@ -35,6 +37,9 @@ struct RenderConfig {
     SdTreeConfig guide = {};
     float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
     std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
+    // Who shares the passes: every rank makes the same calls with the same arguments, takes some of the pixels, and gets the whole result, the same bits
+    // as from one rank. Null: this process alone. It outlives the renderer.
+    Communicator* ranks = nullptr;
 };
 
 // An image, and what is to be subtracted from it for the image under the second set of values.

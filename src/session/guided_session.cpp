@@ -1,6 +1,7 @@
 // The guide of an optimisation: loaded and saved as the options say.
 #include "session/guided_session.h"
 
+#include "base/communicator.h"
 #include "render/saved_guide.h"
 
 namespace cmpg {
@@ -57,7 +58,7 @@ void GuidedSession::finish() {
     report_.seconds.guide += passes_.trainSeconds();
     const SamplingDecision decision = passes_.decision();
     tellSampling(options_, report_, decision.method.kind, decision.method.roulette, figuresOf(decision));
-    if (options_.saveGuide.empty())
+    if (options_.saveGuide.empty() || !ranks().isRoot())
         return;
     writeGuide(options_.saveGuide, session_.scene, session_.parameters, session_.renderer(), passes_);
     report_.outputs.emplace_back("guide", options_.saveGuide);

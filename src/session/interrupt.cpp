@@ -9,7 +9,7 @@
 namespace cmpg {
 namespace {
 
-std::atomic<bool> stopRequested{false};
+std::atomic<bool> requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free); // a signal handler may touch nothing else
 
 void exitNow(int) {
@@ -19,7 +19,7 @@ void exitNow(int) {
 }
 
 void requestStop(int signal) {
-    if (stopRequested.exchange(true))
+    if (requested.exchange(true))
         exitNow(signal);
 }
 
@@ -32,8 +32,10 @@ void handle(void (*handler)(int)) {
 
 const std::atomic<bool>& stopOnInterrupt() {
     handle(requestStop);
-    return stopRequested;
+    return requested;
 }
+
+bool stopRequested() { return requested.load(); }
 
 void exitOnInterrupt() {
     handle(exitNow);

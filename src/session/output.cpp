@@ -1,6 +1,7 @@
 // Places to write to: checked before expensive work starts, written aside and renamed.
 #include "session/output.h"
 
+#include "base/communicator.h"
 #include "base/error.h"
 
 #include <algorithm>
@@ -46,6 +47,8 @@ fs::path folderOf(const fs::path& file) {
 }
 
 void requireWritableFile(const fs::path& file, const char* extension) {
+    if (!ranks().isRoot()) // writes nothing
+        return;
     std::error_code error;
     if (fs::is_directory(file, error))
         refuse(file, "it is a folder", "name a file in it");
@@ -59,6 +62,8 @@ void requireWritableFile(const fs::path& file, const char* extension) {
 }
 
 void requireWritableFolder(const fs::path& folder) {
+    if (!ranks().isRoot())
+        return;
     std::error_code error;
     if (!fs::is_directory(folder, error)) {
         if (fs::exists(folder, error))

@@ -1,12 +1,14 @@
 // A scene and a renderer of the library's surface as the options want them.
 #include "session/render_session.h"
 
+#include "base/communicator.h"
 #include "base/log.h"
 #include "imaging/layers_file.h"
 #include "library/states.h"
 #include "optimize/error_budget.h"
 #include "session/guided_session.h"
 #include "session/parameter_values.h"
+#include "session/ranks.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -63,7 +65,8 @@ void RenderSession::prepare(const View& view, const std::filesystem::path& folde
     camera_ = view.camera->name;
     width_ = view.width;
     height_ = view.height;
-    device_.emplace(options_.device);
+    device_.emplace(options_.device.empty() ? deviceOfRank() : options_.device);
+    requireSameRanks(device_->state()->device, options_);
     const std::uint32_t depth = options_.effectiveDepth(host().maxDepth);
     renderer_.emplace(*device_, scene, v1::RendererOptions{.paths = pathOptions(options_, depth), .parameters = parameters});
     v1::PassOptions pass = plainPass(1);
@@ -105,12 +108,12 @@ void RenderSession::add(const v1::PassReport& pass) {
 }
 
 void RenderSession::tell(const v1::PassReport& pass) {
-    if (!options_.layers.empty()) {
+    if (!options_.layers.empty() && ranks().isRoot()) {
         writeLayers(options_.layers, pass.layers, pass.guided);
         report_.outputs.emplace_back("layers", options_.layers);
     }
     tellSampling(options_, report_, pass.sampling, pass.roulette, pass.figures);
-    if (options_.saveGuide.empty())
+    if (options_.saveGuide.empty() || !ranks().isRoot())
         return;
     renderer_->saveGuide(options_.saveGuide);
     report_.outputs.emplace_back("guide", options_.saveGuide);
@@ -142,6 +145,8 @@ ExitStatus RenderSession::conclude(const v1::PassReport& pass, std::optional<std
 }
 
 void RenderSession::finish(const Image* result) {
+    if (ranks().size() > 1)
+        report_.extra["ranks"] = trafficReport();
     report_.addDevice(device_->state()->device);
     record_.requireFinite(result);
 }

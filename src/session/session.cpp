@@ -1,12 +1,14 @@
 // A scene on a device as the options want it: what every rendering command starts from.
 #include "session/session.h"
 
+#include "base/communicator.h"
 #include "base/error.h"
 #include "base/log.h"
 #include "scene/image_size.h"
 #include "scene/scene_file.h"
 #include "session/guided_session.h"
 #include "session/parameter_values.h"
+#include "session/ranks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,6 +60,7 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.lightSampling = !options.noLightSampling;
     config.allFeatures = options.allFeatures;
     config.memoryBudget = options.memory << 20;
+    config.ranks = &ranks();
     config.guiding = usesGuide(options);
     config.learning = usesGuide(options) && options.command == Command::Optimize;
     config.roulette = usesGuide(options) && options.roulette && options.isReverse();
@@ -81,8 +84,10 @@ Session::Session(const Options& options, Report& report) : scene(openScene(optio
 }
 
 void Session::openDevice() {
-    if (!device_)
-        device_.emplace(Device::Options{.select = options_.device});
+    if (device_)
+        return;
+    device_.emplace(Device::Options{.select = options_.device.empty() ? deviceOfRank() : options_.device});
+    requireSameRanks(*device_, options_);
 }
 
 void Session::prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make) {
@@ -95,6 +100,8 @@ void Session::prepare(const View& view, const std::filesystem::path& folder, con
 }
 
 void Session::finish(const Image* result) {
+    if (ranks().size() > 1)
+        report_.extra["ranks"] = trafficReport();
     report_.addStatistics(renderer_->statistics());
     report_.addDevice(*device_);
     record_.requireFinite(result);
@@ -118,7 +125,7 @@ void RunRecord::begin(const View& view, std::uint32_t depth, const std::filesyst
 void RunRecord::record(const std::function<void(Options&)>& change) {
     if (change)
         change(effective_);
-    if (!folder_.empty())
+    if (!folder_.empty() && ranks().isRoot())
         writeRunJson(effective_, folder_, report_);
 }
 

@@ -1,6 +1,7 @@
 // Publishing, reading back, and the blocks of nodes that make both cheap.
 #include "guiding/field/guide_buffers.h"
 
+#include "base/communicator.h"
 #include "base/parallel.h"
 #include "guiding/field/quadtree_texels.h"
 #include "shared/bindings.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace cmpg {
@@ -32,6 +34,18 @@ glm::vec3 mean(const GuideMass& m, double factor) {
 }
 
 std::int64_t integer(glm::uvec2 words) { return std::int64_t(std::uint64_t(words.y) << 32 | words.x); }
+
+// Sums are 64-bit integers, two words each, the lower first: as the host's own.
+static_assert(sizeof(gpu::GuideLeafSums) == 3 * 8 && sizeof(gpu::GuideCellSums) == 3 * 8 && std::endian::native == std::endian::little);
+
+template <class Sums> void sumOverRanks(Communicator& ranks, std::vector<Sums>& sums) {
+    if (ranks.size() == 1)
+        return;
+    std::vector<std::int64_t> integers(3 * sums.size());
+    std::memcpy(integers.data(), sums.data(), 8 * integers.size());
+    sumSparse(ranks, integers);
+    std::memcpy(sums.data(), integers.data(), 8 * integers.size());
+}
 
 } // namespace
 
@@ -171,9 +185,10 @@ void GuideBuffers::publish(SdTree& tree) {
                       std::uint64_t(run.first) * sizeof(glm::uvec4));
 }
 
-std::vector<CellRecords> GuideBuffers::collect(const SdTree& tree, double primalUnit, double derivativeUnit) {
+std::vector<CellRecords> GuideBuffers::collect(const SdTree& tree, double primalUnit, double derivativeUnit, Communicator& ranks) {
     const std::vector<GuideCell>& cells = tree.cells();
-    const auto cellSums = cellSums_.downloadAll<gpu::GuideCellSums>(cells.size());
+    auto cellSums = cellSums_.downloadAll<gpu::GuideCellSums>(cells.size());
+    sumOverRanks(ranks, cellSums);
     std::vector<CellRecords> records;
     std::vector<Block> read;
     for (std::uint32_t i = 0; i < cells.size(); ++i)
@@ -192,6 +207,19 @@ std::vector<CellRecords> GuideBuffers::collect(const SdTree& tree, double primal
             leafSums_.upload(std::as_bytes(std::span(zeros).first(std::min(zeros.size(), end - at))), kLeaf * at);
     }
     cellSums_.uploadAll(std::vector<gpu::GuideCellSums>(cells.size()));
+    if (ranks.size() > 1) {
+        std::vector<gpu::GuideLeafSums> all; // of the cells with records, one after the other
+        const auto leavesOf = [&](const CellRecords& r) { return std::span(sums_).subspan(4 * std::size_t(blocks_[r.cell].first), 4 * cells[r.cell].nodes.size()); };
+        for (const CellRecords& r : records)
+            all.insert(all.end(), leavesOf(r).begin(), leavesOf(r).end());
+        sumOverRanks(ranks, all);
+        auto from = all.begin();
+        for (const CellRecords& r : records) {
+            const auto leaves = leavesOf(r);
+            std::copy_n(from, leaves.size(), leaves.begin());
+            from += std::ptrdiff_t(leaves.size());
+        }
+    }
     parallelFor(records.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t r = begin; r < end; ++r) {
             CellRecords& out = records[r];

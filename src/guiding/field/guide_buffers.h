@@ -7,6 +7,8 @@
 
 namespace cmpg {
 
+class Communicator;
+
 // Every cell has a block of quadtree nodes in one array; its size is a power of two, and a cell keeps its block while its tree fits.
 // Only cells that changed are uploaded, only cells that got records are read back.
 class GuideBuffers {
@@ -20,8 +22,8 @@ class GuideBuffers {
     void publish(SdTree& tree);
     void setInfo(const gpu::GuideInfo& info); // of the next pass
     void clear(); // before another tree is published: forgets blocks and records
-    // Records of the passes since the last call, whose units were 2^-k of these factors; the sums are zeroed.
-    std::vector<CellRecords> collect(const SdTree& tree, double primalUnit, double derivativeUnit);
+    // Records of the passes of all ranks since the last call, whose units were 2^-k of these factors; the sums are zeroed.
+    std::vector<CellRecords> collect(const SdTree& tree, double primalUnit, double derivativeUnit, Communicator& ranks);
 
     void bind(Bindings& bindings) const;
 

@@ -1,0 +1,16 @@
+# Many machines: a module for each MPI that is there, which the program loads when that MPI's mpirun has started it. Optional.
+find_package(PkgConfig REQUIRED)
+foreach(mpi ompi-c mpich)
+  pkg_check_modules(MPI_${mpi} QUIET IMPORTED_TARGET ${mpi})
+  if(NOT MPI_${mpi}_FOUND)
+    continue()
+  endif()
+  string(REGEX REPLACE "^ompi-c$" "openmpi" name ${mpi})
+  add_library(cmpg-${name} MODULE src/mpi/mpi_ranks.cpp)
+  target_link_libraries(cmpg-${name} PRIVATE cmpg_flags PkgConfig::MPI_${mpi})
+  target_compile_definitions(cmpg-${name} PRIVATE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX) # the C interface alone
+  set_target_properties(cmpg-${name} PROPERTIES CXX_VISIBILITY_PRESET hidden)
+  add_dependencies(cmpg-vk cmpg-${name})
+  install(TARGETS cmpg-${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmpg-vk COMPONENT mpi)
+  set(CMPG_MPI ON)
+endforeach()

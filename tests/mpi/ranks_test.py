@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Runs on several ranks give the bytes of runs on one.
+
+usage: ranks_test.py SCENARIO PROGRAM SOURCE MPIRUN
+
+same      images, gradients and recoveries from 1, 2, 3 and 4 ranks; some with several bands of pixels a rank
+many      the same recovery from 16 ranks, more than there are processors
+resume    a checkpoint of 2 ranks goes on with 3
+killed    a rank that is killed ends the run, with a checkpoint that goes on (Open MPI alone: MPICH's launcher kills all others at once)
+failed    a rank that fails alone is named, and all end
+refused   what several ranks cannot do
+"""
+import csv
+import hashlib
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+scenario, program, source, launcher = sys.argv[1:5]
+mpich = "mpich" in launcher
+box = f"{source}/scenes/box/scene.gltf"
+environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "LP_NUM_THREADS": "1"}
+folder = pathlib.Path(tempfile.mkdtemp(prefix="cmpg-ranks-"))
+
+
+def launch(ranks):
+    return [launcher, "-n", str(ranks)] + ([] if mpich else ["--oversubscribe", "--bind-to", "none"])
+
+
+def command(ranks, arguments):
+    return (launch(ranks) if ranks > 1 else []) + [program, "--headless", *arguments]
+
+
+def run(ranks, arguments, code=0):
+    done = subprocess.run(command(ranks, arguments), env=environment, capture_output=True, text=True, timeout=500)
+    if code is not None and done.returncode != code:
+        sys.exit(f"exit code {done.returncode} from {ranks} ranks: {arguments}\n{done.stdout}{done.stderr}")
+    return done.stdout + done.stderr
+
+
+def digest(path):
+    """Of a file, or of all that a run found: loss.csv without its times, and no log, run.json, pictures with times or checkpoints."""
+    total = hashlib.sha256()
+    path = pathlib.Path(path)
+    files = [path] if path.is_file() else sorted(f for f in path.rglob("*") if f.suffix in (".exr", ".guide", ".csv"))
+    if not files:
+        sys.exit(f"nothing was written: {path}")
+    for file in files:
+        total.update(str(file.relative_to(path)).encode())
+        if file.suffix == ".csv":
+            for row in csv.DictReader(file.open()):
+                total.update(repr([v for k, v in row.items() if not k.startswith("seconds")]).encode())
+        else:
+            total.update(file.read_bytes())
+    return total.hexdigest()
+
+
+def target():
+    image = folder / "target.exr"
+    if not image.exists():
+        run(1, ["render", box, "--set", "painting.baseColor=0.3", "--width", "48", "--height", "40", "--spp", "4", "--quiet", "-o", str(image)])
+    return str(image)
+
+
+def optimize(name, steps, *more):
+    return ["optimize", box, "--param", "painting.baseColor", "--param", "light.emission", "--target", target(), "--spp", "4", "--spp-gradient", "4",
+            "--steps", str(steps), "--save-guide", str(folder / name / "learned.guide"), "--quiet", "-o", str(folder / name), *more]
+
+
+def compare(counts, outputs):
+    """outputs: name -> arguments that write what is named"""
+    for name, arguments in outputs.items():
+        found = {}
+        for ranks in counts:
+            output = folder / (f"{ranks}-{name}" + (".exr" if not name.startswith("run") else ""))
+            run(ranks, arguments(output))
+            found[ranks] = digest(output)
+            print(f"{name:20} {ranks:2} ranks  {found[ranks][:16]}", flush=True)
+        if len(set(found.values())) != 1:
+            sys.exit(f"{name} differs")
+
+
+def recovery(output, *more):
+    return optimize(output.name, 3, *more)
+
+
+def same():
+    size = ["--width", "48", "--height", "40", "--quiet"]
+    compare((1, 2, 3, 4), {
+        "image": lambda o: ["render", box, *size, "--spp", "256", "-o", str(o)],
+        "guided-image": lambda o: ["render", box, *size, "--spp", "4", "--sampling", "conditional", "--train", "2", "-o", str(o)],
+        "forward": lambda o: ["gradient", box, *size, "--param", "painting.baseColor", "--spp-gradient", "4", "-o", str(o)],
+        "reverse": lambda o: ["gradient", box, "--param", "painting.baseColor", "--target", target(), "--spp", "4", "--spp-gradient", "128", "--train", "3", "--quiet",
+                              "-o", str(o)],
+        "run": recovery,
+        "run-adam": lambda o: recovery(o, "--optimizer", "adam", "--spp-difference", "0", "--sampling", "conditional"),
+        "run-views": lambda o: recovery(o, "--target", target()),
+    })
+
+
+def many():
+    compare((1, 16), {"run": recovery})
+
+
+def resume():
+    run(1, optimize("whole", 6))
+    run(2, optimize("parts", 6, "--stop-after", "3", "--checkpoint-every", "1"))
+    run(3, optimize("parts", 6, "--stop-after", "6", "--resume", str(folder / "parts")))
+    if digest(folder / "whole") != digest(folder / "parts"):
+        sys.exit("a run that went on with more ranks found something else")
+
+
+def children(pid):
+    found = []
+    for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
+        for child in (task / "children").read_text().split():
+            found += [int(child)] + children(int(child))
+    return found
+
+
+def killed():
+    run(1, optimize("whole", 40))
+    name = "killed"
+    process = subprocess.Popen(command(2, optimize(name, 40, "--checkpoint-every", "1000000")), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               text=True)
+    losses = folder / name / "loss.csv"
+    while process.poll() is None and (not losses.exists() or len(losses.read_text().splitlines()) < 4):
+        time.sleep(0.05)
+    for pid in children(process.pid):
+        variables = pathlib.Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+        if b"OMPI_COMM_WORLD_RANK=1" in variables:
+            os.kill(pid, signal.SIGKILL)
+    text, _ = process.communicate(timeout=60)
+    if process.returncode == 0 or "another rank ended" not in text:
+        sys.exit(f"exit code {process.returncode}: {text}")
+    if not list((folder / name).glob("*checkpoint*")):
+        sys.exit(f"no checkpoint: {sorted(f.name for f in (folder / name).iterdir())}\n{text}")
+    run(1, optimize(name, 40, "--resume", str(folder / name)))
+    if digest(folder / "whole") != digest(folder / name):
+        sys.exit("the run that lost a rank found something else")
+
+
+def failed():
+    arguments = [program, "--headless", *optimize("failed", 3)]
+    both = [launcher] + ([] if mpich else ["--oversubscribe"])
+    both += ["-n", "1", *arguments, ":", "-n", "1", "env", "VK_ICD_FILENAMES=/nowhere", "VK_DRIVER_FILES=/nowhere", *arguments]
+    done = subprocess.run(both, env=environment, capture_output=True, text=True, timeout=120)
+    if done.returncode == 0 or "rank 1 of 2 failed" not in done.stderr:
+        sys.exit(f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+
+
+def refused():
+    if "does not run on several ranks" not in run(2, ["compare", box, "--param", "painting.baseColor", "-o", str(folder / "c")], None):
+        sys.exit("compare was not refused")
+    alone = folder / "cmpg-vk"  # without its modules
+    alone.write_bytes(pathlib.Path(program).read_bytes())
+    alone.chmod(0o755)
+    variables = {"PMI_SIZE": "2", "PMI_RANK": "0"} if mpich else {"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_RANK": "0"}
+    done = subprocess.run([str(alone), "--version"], env={**environment, **variables}, capture_output=True, text=True, timeout=60)
+    if done.returncode != 4 or "has no module for its MPI" not in done.stderr:
+        sys.exit(f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+
+
+if scenario == "killed" and mpich:
+    sys.exit(77)
+{"same": same, "many": many, "resume": resume, "killed": killed, "failed": failed, "refused": refused}[scenario]()

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The Debian packages: made, read by lintian, installed into an empty root, used there, and removed without a trace.
+#   package_test.sh BUILD SOURCE
+set -euo pipefail
+build=$1 source=$2
+for tool in lintian desktop-file-validate dpkg-shlibdeps fakeroot man; do
+    command -v "$tool" >/dev/null || { echo "$tool is not installed: scripts/install --development brings it"; exit 77; }
+done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { echo "$*" >&2; exit 1; }
+
+cmake --build "$build" --target cmpg-vk cmpg_shared manual >"$work/build.log" || { cat "$work/build.log"; exit 1; }
+(cd "$build" && cpack -G DEB -B "$work/packages") >"$work/cpack.log" 2>&1 || { cat "$work/cpack.log"; exit 1; }
+packages=("$work"/packages/*.deb)
+ls -l "${packages[@]}"
+# The project has no address, and its packages close no bug of Debian's.
+lintian --fail-on error --suppress-tags bogus-mail-host,bogus-mail-host-in-debian-changelog,initial-upload-closes-no-bugs "${packages[@]}"
+
+root=$work/root
+mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates" "$root/var/lib/dpkg/triggers"
+touch "$root/var/lib/dpkg/status"
+# Nothing but these packages: the libraries that they need are this machine's.
+dpkg_root() { fakeroot dpkg --root="$root" --force-depends --force-not-root --force-script-chrootless --log=/dev/null "$@" >"$work/dpkg.log" 2>&1 || { cat "$work/dpkg.log"; exit 1; }; }
+dpkg_root --install "${packages[@]}"
+program=$root/usr/bin/cmpg-vk
+"$program" --headless --help | grep -q optimize || fail "the installed program does not answer"
+"$program" --version | grep -q cmpg-vk || fail "the installed program finds no device"
+message=$(env -u DISPLAY -u WAYLAND_DISPLAY "$program" "$source/scenes/box/scene.gltf" 2>&1 || true)
+[[ $message != *"libcmpg-viewer.so is missing"* ]] || fail "the installed program does not find its window: $message"
+MANROFFSEQ='' MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 -Z "$root/usr/share/man/man1/cmpg-vk.1.gz" >/dev/null 2>"$work/man.log"
+[ ! -s "$work/man.log" ] || fail "the manual page: $(cat "$work/man.log")"
+zcat "$root/usr/share/man/man1/cmpg-vk.1.gz" | grep -q 'spp\\-gradient' || fail "the manual page lacks options"
+desktop-file-validate "$root/usr/share/applications/cmpg-vk.desktop"
+offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk optimize --opt); COMP_CWORD=2; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
+[[ $offers == "--optimizer" ]] || fail "completion offers '$offers' for --opt"
+offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk render --sampler in); COMP_CWORD=3; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
+[[ $offers == "independent" ]] || fail "completion offers '$offers' for --sampler in"
+for header in cmpg/cmpg.h cmpg/error.h; do [ -f "$root/usr/include/$header" ] || fail "no header $header"; done
+
+dpkg_root --purge $(for p in "${packages[@]}"; do dpkg-deb -f "$p" Package; done)
+left=$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print)
+[ -z "$left" ] || fail "left behind: $left"
