@@ -4,14 +4,11 @@
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-CMPG_CONST kSlotBaseColor = 0;
-CMPG_CONST kSlotRoughness = 1;
-CMPG_CONST kSlotMetallic = 2;
-CMPG_CONST kSlotSpecular = 3;
-CMPG_CONST kSlotEmission = 4;
-CMPG_CONST kSlotNormal = 5;
-CMPG_CONST kSlotsPerMaterial = 6;
-CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering depends on
+#define SLOT(number, Name, name, channels, highest, adam, sgd) CMPG_CONST kSlot##Name = number;
+#include "shared/slots.def"
+CMPG_CONST kMaterialSlots = kSlotRadiance;
+CMPG_CONST kSlotsPerMaterial = 8; // places in the table of slots, as many as GpuMaterial::flags has bits for
+CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering may depend on
 
 // How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
 CMPG_CONST kModelMetallicRoughness = 0;

@@ -17,11 +17,8 @@ namespace {
 
 using Words = std::vector<std::uint32_t>;
 
-// Kernels and host number the slots alike.
-static_assert(std::uint32_t(SlotKind::BaseColor) == gpu::kSlotBaseColor && std::uint32_t(SlotKind::Roughness) == gpu::kSlotRoughness &&
-              std::uint32_t(SlotKind::Metallic) == gpu::kSlotMetallic && std::uint32_t(SlotKind::Specular) == gpu::kSlotSpecular &&
-              std::uint32_t(SlotKind::Emission) == gpu::kSlotEmission && std::uint32_t(SlotKind::Normal) == gpu::kSlotNormal &&
-              std::uint32_t(SlotKind::Radiance) == gpu::kSlotsPerMaterial && kMaterialSlots == gpu::kSlotsPerMaterial);
+// There is a place, and a bit of the flags, for each slot.
+static_assert(kMaterialSlots <= gpu::kSlotsPerMaterial);
 static_assert(std::uint32_t(SurfaceModel::MetallicRoughness) == gpu::kModelMetallicRoughness && std::uint32_t(SurfaceModel::Dielectric) == gpu::kModelDielectric &&
               std::uint32_t(SurfaceModel::ThinDielectric) == gpu::kModelThinDielectric && std::uint32_t(SurfaceModel::Conductor) == gpu::kModelConductor &&
               std::uint32_t(SurfaceModel::Plastic) == gpu::kModelPlastic);
@@ -401,7 +398,7 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
         if (hasSecond_)
             uploadMaterials(true);
     }
-    if (p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance)
+    if (emitsLight(p.kind))
         uploadLights();
 }
 

@@ -14,10 +14,17 @@ namespace cmpg {
 
 struct SceneFormat; // scene/scene_file.h
 
-// The things of a material that can be differentiated. `environment.radiance` has its own kind.
-enum class SlotKind : std::uint32_t { BaseColor, Roughness, Metallic, Specular, Emission, Normal, Radiance };
-constexpr std::uint32_t kMaterialSlots = 6;
+// The things of a material that can be differentiated, and the environment's radiance: shaders/shared/slots.def.
+enum class SlotKind : std::uint32_t {
+#define SLOT(number, Name, name, channels, highest, adam, sgd) Name = number,
+#include "shared/slots.def"
+};
+constexpr std::uint32_t kMaterialSlots = std::uint32_t(SlotKind::Radiance); // those of a material
+constexpr std::uint32_t kSlotKinds = kMaterialSlots + 1;
 const char* slotName(SlotKind kind); // "baseColor", ...
+std::string slotNames();             // all of them, for messages
+std::uint32_t slotChannels(SlotKind kind);
+inline bool emitsLight(SlotKind kind) { return kind == SlotKind::Emission || kind == SlotKind::Radiance; }
 
 enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
 

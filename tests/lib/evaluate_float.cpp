@@ -5,7 +5,7 @@
 
 cmpg::test::Evaluation cmpg::test::evaluateFloat(const Query& query) {
     using Real = float;
-    using shader_float::ShaderLibrary;
+    using namespace shader_float;
 #include "evaluate.inc"
 }
 

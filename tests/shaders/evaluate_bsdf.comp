@@ -15,11 +15,10 @@ const bool kRoughDielectric = false;
 const bool kRoughReflection = false;
 const bool kBeckmann = false;
 const bool kGgx = true;
-const bool kDiffBaseColor = true;
-const bool kDiffRoughness = true;
-const bool kDiffMetallic = true;
-const bool kDiffSpecular = true;
-const bool kDiffNormal = true;
+#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
+#include "shared/slots.def"
+#include "shared/material.h"
+const uint kKeptSlots = kScatteringSlots & ((1u << kMaterialSlots) - 1u);
 vec4 coatTexel(uint at) { return vec4(0); }
 #include "lib/bsdf.glsl"
 #include "lib/dispatch.glsl"
@@ -55,12 +54,12 @@ void main() {
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);
     r.valueWithDerivatives = bsdfCosDerivatives(s, q.normal, q.wo, q.wi, d);
     r.pdf = bsdfPdf(s, q.normal, q.wo, q.wi);
-    r.baseColor = d.baseColor;
-    r.roughness = d.roughness;
-    r.metallic = d.metallic;
-    r.specular = d.specular;
-    r.normalX = d.normalX;
-    r.normalY = d.normalY;
-    r.normalZ = d.normalZ;
+    r.baseColor = d.at[kAtBaseColor];
+    r.roughness = d.at[kAtRoughness];
+    r.metallic = d.at[kAtMetallic];
+    r.specular = d.at[kAtSpecular];
+    r.normalX = d.at[kAtNormal];
+    r.normalY = d.at[kAtNormal + 1];
+    r.normalZ = d.at[kAtNormal + 2];
     results[i] = r;
 }
