@@ -37,12 +37,12 @@ bool SceneBuffers::isDifferentiable(std::uint32_t parameter) const {
 }
 
 bool SceneBuffers::isLookedUp(std::uint32_t material, std::uint32_t k) const {
-    if (!(features_.readSlots[material] >> k & 1u))
-        return false;
     const std::uint32_t parameter = scene_.materials[material].parameters[k];
+    if (parameter == kNoParameter || !(features_.readSlots[material] >> k & 1u))
+        return false;
     const Parameter& p = scene_.parameters[parameter];
     // A constant normal is the surface's own unless somebody changes it.
-    return p.entries() > p.channels || (p.kind == SlotKind::Normal && isDifferentiable(parameter));
+    return k >= kCommonSlots || p.entries() > p.channels || (p.kind == SlotKind::Normal && isDifferentiable(parameter));
 }
 
 void SceneBuffers::chooseMaterials() {
@@ -197,6 +197,8 @@ void SceneBuffers::uploadSlots(Device& device) {
     for (std::size_t m = 0; m < materialsUp_.size(); ++m)
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
             const std::uint32_t index = scene_.materials[materialsUp_[m]].parameters[k];
+            if (index == kNoParameter)
+                continue;
             const Parameter& p = scene_.parameters[index];
             gpu::GpuSlot& s = slots[m * gpu::kSlotsPerMaterial + k];
             s.offset = places_[index];

@@ -66,8 +66,12 @@ struct Analysis {
         reads(SlotKind::Emission, emits);
         reads(SlotKind::Normal, m.hasNormalMap);
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+            if (m.parameters[k] == kNoParameter)
+                continue;
+            if (k >= kCommonSlots)
+                reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness);
             const Parameter& p = scene.parameters[m.parameters[k]];
-            if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal)) {
+            if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal || k >= kCommonSlots)) {
                 f.texturedSlots |= 1u << k;
                 f.packedTextures |= p.values.empty();
                 f.texcoord1 |= p.texcoord == 1;

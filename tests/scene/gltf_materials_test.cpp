@@ -45,7 +45,7 @@ TEST(GltfMaterials, DefaultsAreThoseOfGltf) {
     EXPECT_FALSE(s.materials[0].hasNormalMap);
     EXPECT_TRUE(warned(s, "no light at all"));
     EXPECT_TRUE(warned(s, "no camera"));
-    for (std::uint32_t k = 0; k < kMaterialSlots; ++k) EXPECT_EQ(s.parameters[s.materials[0].parameters[k]].kind, SlotKind(k));
+    for (std::uint32_t k = 0; k < kCommonSlots; ++k) EXPECT_EQ(s.parameters[s.materials[0].parameters[k]].kind, SlotKind(k));
 }
 
 TEST(GltfMaterials, ConstantFactors) {

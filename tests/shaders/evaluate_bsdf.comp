@@ -17,6 +17,8 @@ const bool kBeckmann = false;
 const bool kGgx = true;
 #define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
 #include "shared/slots.def"
+#define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;
+#include "shared/slots.def"
 #include "shared/material.h"
 const uint kKeptSlots = kScatteringSlots & ((1u << kMaterialSlots) - 1u);
 vec4 coatTexel(uint at) { return vec4(0); }
@@ -48,7 +50,15 @@ void main() {
     const uint i = globalIndex();
     if (i >= count) return;
     const Query q = queries[i];
-    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu, q.model);
+    Surface s;
+    s.baseColor = q.baseColor;
+    s.roughness = q.roughness;
+    s.metallic = q.metallic;
+    s.specular = q.specular;
+    s.specularColor = q.specularColor;
+    s.ior = q.ior;
+    s.asked = 0xffffffffu;
+    s.model = q.model;
     BsdfDerivatives d;
     Result r;
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);
