@@ -15,6 +15,7 @@
 #define CMPG_LIB_BSDF
 #include "lib/surface.glsl"
 #include "lib/lobes/metallic_roughness.glsl"
+#include "lib/lobes/clear_coat.glsl"
 #include "lib/lobes/reflection.glsl"
 #include "lib/lobes/plastic.glsl"
 #include "lib/lobes/dielectric.glsl"
@@ -26,6 +27,7 @@ bool hasDiffuse(Surface s) {
     return IS_PLASTIC(s) && (maxComponent(s.baseColor) > 0.0 || (kDiffBaseColor && asks(s, kSlotBaseColor)));
 }
 bool hasSpecular(Surface s) {
+    if (HAS_CLEAR_COAT(s)) return true;
     if (IS_METALLIC_ROUGHNESS(s)) return metallicRoughnessSpecular(s);
     return !IS_PLASTIC(s) || maxComponent(s.specularColor) > 0.0 || (kDiffSpecular && asks(s, kSlotSpecular));
 }
@@ -52,6 +54,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return value;
     if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
+    if (HAS_CLEAR_COAT(s)) value = clearCoatedCos(s, n, wo, wi, cosO, cosI, value, d);
     if (IS_PLASTIC(s)) value = plasticBaseCos(s, n, wo, wi, cosO, cosI, d);
     if (kRoughReflection && (IS_PLASTIC(s) || IS_CONDUCTOR(s)) && !IS_SMOOTH(s))
         value = value + microfacetReflectionCos(s, n, wo, wi, cosO, cosI, d);
@@ -87,6 +90,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     float pdf = 0.0;
     if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
     if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * ggxPdf(surfaceAlpha(s), cosO, halfVector(n, wo, wi));
+    if (HAS_CLEAR_COAT(s)) pdf = mix(pdf, ggxPdf(clearCoatAlpha(s), cosO, halfVector(n, wo, wi)), clearCoatProbability(s, cosO));
     return pdf;
 }
 
@@ -102,6 +106,11 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
     if (IS_DIELECTRIC(s)) {
         single = sampleSmoothDielectric(s, normal, wo, u.z, wi);
         return single > 0.0;
+    }
+    if (HAS_CLEAR_COAT(s)) {
+        float coat = clearCoatProbability(s, cosO);
+        if (u.z < coat) return sampleClearCoat(s, n, wo, u, wi);
+        u.z = (u.z - coat) / (1.0 - coat);
     }
     if (!(hasDiffuse(s) || hasSpecular(s))) return false;
     vec3 x;

@@ -32,6 +32,7 @@ struct Query {
     float ior;
     uint model;
     vec3 normal, wo, wi;
+    float clearcoat, clearcoatRoughness;
 };
 
 struct Result {

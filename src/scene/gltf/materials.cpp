@@ -103,6 +103,13 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     fill(normals, source.normalTexture, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
     material.hasNormalMap = normals.textured;
     addLobes(source, material);
+    if (material.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter) {
+        const tinygltf::Value& coat = extension(source.extensions, "KHR_materials_clearcoat");
+        if (coat.Has("clearcoatNormalTexture") || material.hasNormalMap)
+            load_.warn(material.name + ": its clear coat has the normals of what is below it");
+        if (glm::compMax(emission) > 0)
+            load_.warn(material.name + ": its emission shines through the clear coat as if there were none");
+    }
 
     material.ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);
     if (material.ior > 0 && material.ior < 1) { // 0 is the extension's way to say: reflects everything
