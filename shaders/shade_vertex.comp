@@ -95,7 +95,8 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
     if (choice.weight == 0.0) light.density = 0.0;
     bool wanted = false;
     vec3 factor = vec3(0); // N_i / L_e
-    SlotDerivatives d = noSlotDerivatives();
+    BsdfDerivatives d;
+    clear(d);
     vec3 radiance = vec3(0);
     if (light.density > 0.0) {
         const float weight = light.extended ? misWeight(light.density, mixtureDensity(g, sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
@@ -114,12 +115,12 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
         }
         if (kDiffSurface && differentiated) {
-            scaleSlotDerivatives(d, scale * radiance);
-            wanted = wanted || anySlotDerivative(d);
+            scaleDerivatives(d, scale * radiance);
+            wanted = wanted || anyDerivative(d);
         }
         if (kDiffLight) wanted = wanted || any(notEqual(factor, vec3(0)));
     }
-    if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 1, d);
+    if (kDiffSurface && differentiated) tapeDerivatives(slot, kPlaneLit, d);
     if (kDiffLight) tapeLight(slot, wanted && light.extended, light, factor);
     return wanted;
 }
@@ -181,22 +182,23 @@ void main() {
         if (kLightSampling && scene.lights > 0)
             wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, second.direct, light);
         else if (kDiffSurface && differentiated)
-            tapeSlotDerivatives(slot, 1, noSlotDerivatives());
+            tapeNoDerivatives(slot, kPlaneLit);
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
 
         // The drawn direction.
-        SlotDerivatives d = noSlotDerivatives();
+        BsdfDerivatives d;
+        clear(d);
         if (drawDirection(g, sampling.surface, sampling.normal, wo, sampleSet(key, kSetScatter), wi, pdf, leaf, guided, single)) {
             if (kDiffSurface && differentiated) {
                 v.weight = scatterDerivatives(p, value, sampling.normal, wo, wi, single, d) / pdf;
-                scaleSlotDerivatives(d, vec3(1.0 / pdf));
+                scaleDerivatives(d, vec3(1.0 / pdf));
             } else {
                 v.weight = scattered(value, sampling.normal, wo, wi, single) / pdf;
             }
             v.weight = keepFinite(v.weight, kDroppedRadiance);
             // A black albedo ends no path whose derivative lives.
             if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf, kDroppedRadiance);
-            wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anySlotDerivative(d));
+            wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anyDerivative(d));
             scatters = wantRay;
             // By the values that sampling goes by, as all decisions.
             float scale = 1.0;
@@ -206,14 +208,14 @@ void main() {
                 wantRay = wantRay && sampleSet(key, kSetRoulette).x < q;
                 v.weight /= q;
                 second.weight /= q;
-                scaleSlotDerivatives(d, vec3(1.0 / q));
+                scaleDerivatives(d, vec3(1.0 / q));
             }
         }
         if (kPrefixTangent) {
             tangent = prefix.tangent * v.weight;
-            if (kDiffSurface && differentiated) tangent += prefix.throughput * slotDerivativeNorm(d, kSigned ? batch.sign : 0);
+            if (kDiffSurface && differentiated) tangent += prefix.throughput * derivativeNorm(d, kSigned ? batch.sign : 0);
         }
-        if (kDiffSurface && differentiated) tapeSlotDerivatives(slot, 0, d);
+        if (kDiffSurface && differentiated) tapeDerivatives(slot, kPlaneDrawn, d);
     }
 
     if (kDifference) tapeSecond(slot, second);

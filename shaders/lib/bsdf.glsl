@@ -8,13 +8,14 @@
 //
 // The includer defines the bool constants kLobeDiffuse, kLobeSpecular of metallic-roughness (a scene in which a lobe can contribute neither value nor
 // derivative leaves it out); kOtherModels, kMetallicRoughness, kDielectric, kConductor, kPlastic (some surface is of that model), kSmoothLobes, kRoughDielectric, kRoughReflection
-// (conductors and plastics), kBeckmann, kGgx (their microfacets); and kDiffBaseColor, kDiffRoughness, kDiffMetallic, kDiffSpecular, kDiffNormal (what is differentiated
-// on some surface; a derivative that is switched off is 0). What a constant leaves out changes no bit of the rest: a lobe that a
+// (conductors and plastics), kBeckmann, kGgx (their microfacets); for each slot that scattering depends on kDiffBaseColor ... (it is differentiated on some
+// surface), and kKeptSlots of lib/derivative_places.glsl, which has at least those. What a constant leaves out changes no bit of the rest: a lobe that a
 // surface lacks adds an exact 0 where the constant keeps it in.
 #ifndef CMPG_LIB_BSDF
 #define CMPG_LIB_BSDF
 #include "lib/surface.glsl"
 #include "lib/lobes/metallic_roughness.glsl"
+#include "lib/lobes/clear_coat.glsl"
 #include "lib/lobes/reflection.glsl"
 #include "lib/lobes/plastic.glsl"
 #include "lib/lobes/dielectric.glsl"
@@ -26,6 +27,7 @@ bool hasDiffuse(Surface s) {
     return IS_PLASTIC(s) && (maxComponent(s.baseColor) > 0.0 || (kDiffBaseColor && asks(s, kSlotBaseColor)));
 }
 bool hasSpecular(Surface s) {
+    if (HAS_CLEAR_COAT(s)) return true;
     if (IS_METALLIC_ROUGHNESS(s)) return metallicRoughnessSpecular(s);
     return !IS_PLASTIC(s) || maxComponent(s.specularColor) > 0.0 || (kDiffSpecular && asks(s, kSlotSpecular));
 }
@@ -43,7 +45,7 @@ float specularProbability(Surface s, float cosO) {
 
 // f |cos| of what scatters in all directions, and its derivatives.
 vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDerivatives) d) {
-    d = noDerivatives();
+    clear(d);
     if (IS_ROUGH_DIELECTRIC(s)) return roughDielectricCos(s, normal, wo, wi, d);
     vec3 value = vec3(0.0);
     float side = sideOf(normal, wo);
@@ -52,12 +54,12 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return value;
     if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
+    if (HAS_CLEAR_COAT(s)) value = clearCoatedCos(s, n, wo, wi, cosO, cosI, value, d);
     if (IS_PLASTIC(s)) value = plasticBaseCos(s, n, wo, wi, cosO, cosI, d);
     if (kRoughReflection && (IS_PLASTIC(s) || IS_CONDUCTOR(s)) && !IS_SMOOTH(s))
         value = value + microfacetReflectionCos(s, n, wo, wi, cosO, cosI, d);
-    d.normalX = d.normalX * side;
-    d.normalY = d.normalY * side;
-    d.normalZ = d.normalZ * side;
+    if (kDiffNormal)
+        for (uint k = 0u; k < 3u; ++k) d.at[kAtNormal + k] = d.at[kAtNormal + k] * side;
     return value;
 }
 
@@ -70,7 +72,7 @@ vec3 bsdfCos(Surface s, vec3 n, vec3 wo, vec3 wi) {
 // What the single direction wi that sampleBsdf drew with this normal carries, and derivatives. Those by the normal are left out: it moves the direction.
 vec3 singleCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDerivatives) d) {
     if (IS_DIELECTRIC(s)) return smoothDielectric(s, normal, wo, wi, d);
-    d = noDerivatives();
+    clear(d);
     vec3 term;
     vec3 reflected = boundaryReflected(s, min(abs(dot(normal, wo)), 1.0), term);
     addBoundaryDerivative(s, term, d);
@@ -88,6 +90,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     float pdf = 0.0;
     if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
     if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * ggxPdf(surfaceAlpha(s), cosO, halfVector(n, wo, wi));
+    if (HAS_CLEAR_COAT(s)) pdf = mix(pdf, ggxPdf(clearCoatAlpha(s), cosO, halfVector(n, wo, wi)), clearCoatProbability(s, cosO));
     return pdf;
 }
 
@@ -103,6 +106,11 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
     if (IS_DIELECTRIC(s)) {
         single = sampleSmoothDielectric(s, normal, wo, u.z, wi);
         return single > 0.0;
+    }
+    if (HAS_CLEAR_COAT(s)) {
+        float coat = clearCoatProbability(s, cosO);
+        if (u.z < coat) return sampleClearCoat(s, n, wo, u, wi);
+        u.z = (u.z - coat) / (1.0 - coat);
     }
     if (!(hasDiffuse(s) || hasSpecular(s))) return false;
     vec3 x;

@@ -8,10 +8,12 @@
 #ifdef __cplusplus
 #define OUT(T) T&
 #define INOUT(T) T&
+#define ZEROED = {}
 #define PRECISE
 #else
 #define OUT(T) out T
 #define INOUT(T) inout T
+#define ZEROED
 #define PRECISE precise // keeps error-free transformations from being simplified away
 #endif
 #endif

@@ -2,6 +2,7 @@
 #ifndef CMPG_LIB_SURFACE
 #define CMPG_LIB_SURFACE
 #include "shared/material.h"
+#include "lib/derivative_places.glsl"
 #include "lib/microfacet.glsl"
 
 // The slots of SurfaceModel (src/scene/scene.h); of other models than glTF's metallic-roughness some fields hold other things.
@@ -14,31 +15,26 @@ struct Surface {
     float ior;          // 0 stands for infinity; dielectrics and plastic: interior over exterior; conductor: eta.z
     uint asked;         // bit per slot (kSlotBaseColor ...) whose derivative is asked for here
     uint model;         // GpuMaterial::flags
+    float lobe[kSlotsPerMaterial - kCommonSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
 };
 
-// Derivatives of f |cos| per colour channel.
+// Derivatives of f |cos| per colour channel, by place: kAtBaseColor ... where the slot is differentiated (kDiffBaseColor ...).
+// Of a colour: channel c by channel c; the others are 0. kAtNormal and the next two: by x, y, z of the unit normal in world space, the gradient of
+// f(n / |n|), so it has no part along n.
 struct BsdfDerivatives {
-    vec3 baseColor; // channel c by baseColor channel c; the others are 0
-    vec3 roughness;
-    vec3 metallic;
-    vec3 specular;  // metallic-roughness: by the one number; others: channel c by channel c
-    // By the x, y, z of the unit normal in world space: the gradient of f(n / |n|), so it has no part along n.
-    vec3 normalX;
-    vec3 normalY;
-    vec3 normalZ;
+    vec3 at[kDerivativePlaces];
 };
 
-BsdfDerivatives noDerivatives() {
-    vec3 zero = vec3(0.0);
-    BsdfDerivatives d;
-    d.baseColor = zero;
-    d.roughness = zero;
-    d.metallic = zero;
-    d.specular = zero;
-    d.normalX = zero;
-    d.normalY = zero;
-    d.normalZ = zero;
-    return d;
+// GLSL does not assign structs like this one.
+void clear(OUT(BsdfDerivatives) d) {
+    for (uint k = 0u; k < kDerivativePlaces; ++k) d.at[k] = vec3(0.0);
+}
+
+// Adds channels' gradients over normals, one row for each of x, y and z.
+void addNormalDerivative(INOUT(BsdfDerivatives) d, vec3 channels, vec3 gradient) {
+    d.at[kAtNormal] = d.at[kAtNormal] + channels * gradient.x;
+    d.at[kAtNormal + 1u] = d.at[kAtNormal + 1u] + channels * gradient.y;
+    d.at[kAtNormal + 2u] = d.at[kAtNormal + 2u] + channels * gradient.z;
 }
 
 // Surfaces are two-sided: 1 where wo is on the side that the normal points to, -1 where it is behind.

@@ -53,23 +53,14 @@ const bool kSpecularColor = (kModels & (1u << kModelDielectric | 1u << kModelThi
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;
 const bool kDifference = kMode == kModeDifference;
-const bool kTexturedBaseColor = (kTexturedSlots & (1u << kSlotBaseColor)) != 0;
-const bool kTexturedRoughness = (kTexturedSlots & (1u << kSlotRoughness)) != 0;
-const bool kTexturedMetallic = (kTexturedSlots & (1u << kSlotMetallic)) != 0;
-const bool kTexturedSpecular = (kTexturedSlots & (1u << kSlotSpecular)) != 0;
-const bool kTexturedEmission = (kTexturedSlots & (1u << kSlotEmission)) != 0;
-const bool kNormalMaps = (kTexturedSlots & (1u << kSlotNormal)) != 0;
+#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kTextured##Name = (kTexturedSlots & (1u << number)) != 0;
+#include "shared/slots.def"
 const uint kDerivativeMode = (kMode + 1) >> 1 & 1; // of modes 0 to 3: 0, 1, 1, 0
 const bool kDerivatives = kDerivativeMode != 0;
 const bool kLightSampling = kTriangleLights || kPunctualLights || kEnvironmentLight;
-const bool kDiffBaseColor = (kDifferentiated & (1u << kSlotBaseColor)) != 0;
-const bool kDiffRoughness = (kDifferentiated & (1u << kSlotRoughness)) != 0;
-const bool kDiffMetallic = (kDifferentiated & (1u << kSlotMetallic)) != 0;
-const bool kDiffSpecular = (kDifferentiated & (1u << kSlotSpecular)) != 0;
-const bool kDiffEmission = (kDifferentiated & (1u << kSlotEmission)) != 0;
-const bool kDiffNormal = (kDifferentiated & (1u << kSlotNormal)) != 0;
-const bool kDiffEnvironment = (kDifferentiated & (1u << kSlotsPerMaterial)) != 0;
-const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotsPerMaterial;
+#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = (kDifferentiated & (1u << number)) != 0;
+#include "shared/slots.def"
+const uint kSlotMaskLight = 1u << kSlotEmission | 1u << kSlotRadiance;
 const uint kTapedSlots = kDifferentiated * kDerivativeMode; // whose derivatives are on the tape
 const bool kDiffLight = (kTapedSlots & kSlotMaskLight) != 0; // a light sample's own radiance is differentiated
 const bool kGuideLookup = kGuided || kRecord; // vertices find their cell
@@ -77,3 +68,5 @@ const bool kPrefix = kReverse || kGuideLookup; // what a path has collected so f
 const bool kPrefixTangent = kGuideLookup || kRoulette; // so does a bound on its derivative
 const uint kSlotMaskSurface = ~kSlotMaskLight * kClassDifferentiated;
 const bool kDiffSurface = (kTapedSlots & kSlotMaskSurface) != 0;
+const uint kKeptSlots = kDifferentiated & ~kSlotMaskLight;
+#include "lib/derivative_places.glsl"

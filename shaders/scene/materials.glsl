@@ -40,7 +40,10 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
             if (kTexturedSpecular && !IS_CONDUCTOR(m.surface) && (f & (1u << kSlotSpecular)) != 0)
                 m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels);
         }
-        if (kNormalMaps && (f & (1u << kSlotNormal)) != 0) {
+#define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
+    if (kTextured##Name && (f & (1u << number)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, frozenTexels).x;
+#include "shared/slots.def"
+        if (kTexturedNormal && (f & (1u << kSlotNormal)) != 0) {
             const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
             const float length2 = dot(t, t);
             const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;

@@ -79,9 +79,10 @@ vec3 scalarTerm(SlotAddress a, vec3 value, uint stride, uint component, vec3 rea
     return value * along;
 }
 
-// dN_i V + dw_i X of one slot.
-vec3 slotDerivative(uint slot, uint plane, uint lightPlane, vec3 incident, float visible, INOUT(Terms) terms) {
-    const vec3 drawn = finiteDerivative(tapeGet3(slot, plane) * incident), lit = finiteDerivative(visible * tapeGet3(slot, lightPlane));
+// dN_i V + dw_i X of one place.
+vec3 placeDerivative(uint slot, uint place, vec3 incident, float visible, INOUT(Terms) terms) {
+    const uint at = kTapeDerivative * place;
+    const vec3 drawn = finiteDerivative(tapeGet3(slot, kPlaneDrawn + at) * incident), lit = finiteDerivative(visible * tapeGet3(slot, kPlaneLit + at));
     addParts(terms.drawn, drawn);
     addParts(terms.lit, lit);
     const vec3 value = wantedSign(drawn) + wantedSign(lit);
@@ -92,28 +93,20 @@ vec3 slotDerivative(uint slot, uint plane, uint lightPlane, vec3 incident, float
 vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach, INOUT(Terms) terms) {
     vec3 sum = vec3(0);
     const uint asked = materialTexel(material * kMaterialTexels + 1).w >> kDifferentiatedShift;
-    if (kDiffBaseColor && (asked & (1u << kSlotBaseColor)) != 0)
-        sum += colorTerm(slotAddress(material, kSlotBaseColor, uv0, uv1), slotDerivative(slot, kPlaneBaseColor, kPlaneBaseColor + 3, incident, visible, terms), reach,
-                         batch.surfaceScale, terms.own);
-    if (kDiffRoughness && (asked & (1u << kSlotRoughness)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotRoughness, uv0, uv1), slotDerivative(slot, kPlaneRoughness, kPlaneRoughness + 3, incident, visible, terms), 1, 0,
-                          reach, batch.surfaceScale, terms.own);
-    if (kDiffMetallic && (asked & (1u << kSlotMetallic)) != 0)
-        sum += scalarTerm(slotAddress(material, kSlotMetallic, uv0, uv1), slotDerivative(slot, kPlaneMetallic, kPlaneMetallic + 3, incident, visible, terms), 1, 0,
-                          reach, batch.surfaceScale, terms.own);
-    if (kDiffSpecular && (asked & (1u << kSlotSpecular)) != 0) {
-        const SlotAddress a = slotAddress(material, kSlotSpecular, uv0, uv1);
-        const vec3 value = slotDerivative(slot, kPlaneSpecular, kPlaneSpecular + 3, incident, visible, terms);
-        if (kSpecularColor && (a.flags & kSlotScalar) == 0)
-            sum += colorTerm(a, value, reach, batch.surfaceScale, terms.own);
-        else
-            sum += scalarTerm(a, value, 1, 0, reach, batch.surfaceScale, terms.own);
+#define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
+    if (kDiff##Name && (asked & (1u << number)) != 0) { \
+        const SlotAddress a = slotAddress(material, number, uv0, uv1); \
+        const vec3 value = placeDerivative(slot, kAt##Name, incident, visible, terms); \
+        if (channels == 3 || (number == kSlotSpecular && kSpecularColor && (a.flags & kSlotScalar) == 0)) \
+            sum += colorTerm(a, value, reach, batch.surfaceScale, terms.own); \
+        else \
+            sum += scalarTerm(a, value, 1, 0, reach, batch.surfaceScale, terms.own); \
     }
+#include "shared/slots.def"
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);
         for (uint c = 0; c < 3; ++c)
-            sum += scalarTerm(a, slotDerivative(slot, kPlaneNormal + 3 * c, kPlaneNormal + 9 + 3 * c, incident, visible, terms), 3, c, reach,
-                              batch.normalScale, terms.own);
+            sum += scalarTerm(a, placeDerivative(slot, kAtNormal + c, incident, visible, terms), 3, c, reach, batch.normalScale, terms.own);
     }
     return sum;
 }
@@ -122,7 +115,7 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
 vec3 emissionTerm(uint material, vec2 uv0, vec2 uv1, vec3 factor, vec3 reach, INOUT(DerivativeParts) parts, INOUT(Contribution) own) {
     SlotAddress a;
     if (material == kNone) {
-        if (!kDiffEnvironment) return vec3(0);
+        if (!kDiffRadiance) return vec3(0);
         a.offset = 0;
         a.flags = 0;
         a.gradient = scene.environment.gradient;

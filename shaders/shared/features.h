@@ -5,7 +5,7 @@
 CMPG_SHARED_BEGIN
 
 CMPG_CONST kFeatureMode = 0; // kModeRender ... kModeDifference
-CMPG_CONST kFeatureDifferentiated = 1; // bit per slot kind; bit kSlotsPerMaterial: environment radiance
+CMPG_CONST kFeatureDifferentiated = 1; // bit per slot kind; bit kSlotRadiance: of the environment
 CMPG_CONST kFeatureDiffuse = 2; // some material has a diffuse lobe
 CMPG_CONST kFeatureSpecular = 3;
 CMPG_CONST kFeatureTextures = 4; // bit per slot kind that some material reads through a texture

@@ -4,14 +4,12 @@
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-CMPG_CONST kSlotBaseColor = 0;
-CMPG_CONST kSlotRoughness = 1;
-CMPG_CONST kSlotMetallic = 2;
-CMPG_CONST kSlotSpecular = 3;
-CMPG_CONST kSlotEmission = 4;
-CMPG_CONST kSlotNormal = 5;
-CMPG_CONST kSlotsPerMaterial = 6;
-CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering depends on
+#define SLOT(number, Name, name, channels, highest, adam, sgd) CMPG_CONST kSlot##Name = number;
+#include "shared/slots.def"
+CMPG_CONST kMaterialSlots = kSlotRadiance;
+CMPG_CONST kCommonSlots = kSlotNormal + 1; // those that all materials have; LOBE_SLOTs follow
+CMPG_CONST kSlotsPerMaterial = 8; // places in the table of slots, as many as GpuMaterial::flags has bits for
+CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering may depend on
 
 // How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
 CMPG_CONST kModelMetallicRoughness = 0;
@@ -20,7 +18,7 @@ CMPG_CONST kModelThinDielectric = 2;
 CMPG_CONST kModelConductor = 3;
 CMPG_CONST kModelPlastic = 4;
 
-// Constant slots are read from here in two or three fetches; textured ones through their GpuSlot.
+// Constant slots are read from here in two or three fetches; textured ones, and those of lobes, through their GpuSlot.
 struct GpuMaterial {
     vec3 baseColor;
     float roughness;
@@ -40,7 +38,7 @@ CMPG_CONST kMaterialTexels = 4;
 CMPG_CONST kCoatRows = 32;
 CMPG_CONST kCoatColumns = 64;
 
-// GpuMaterial::flags: bit k: slot k is textured; bit 8 + k: slot k is differentiated; and:
+// GpuMaterial::flags: bit k: slot k is read through its GpuSlot; bit 8 + k: slot k is differentiated; and:
 CMPG_CONST kMaterialEmissive = 0x10000u;
 CMPG_CONST kMaterialAlphaMask = 0x20000u;
 CMPG_CONST kDifferentiatedShift = 8;

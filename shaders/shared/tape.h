@@ -10,8 +10,7 @@ CMPG_CONST kTapeSurface = 3; // material or kNone for the environment, u0, v0
 CMPG_CONST kTapeTexcoord1 = 2;
 CMPG_CONST kTapeThroughput = 3; // b_i, reverse mode only
 CMPG_CONST kTapeEmissionWeight = 1; // MIS weight of the emission found here, 0 if none is seen
-CMPG_CONST kTapeSlot = 6; // dw_i, dN_i
-CMPG_CONST kTapeNormal = 18; // the same for the three components of the tangent-space normal
+CMPG_CONST kTapeDerivative = 3; // of dw_i, and as many of dN_i behind those: for each place of lib/derivative_places.glsl
 CMPG_CONST kTapeLight = 6; // material of the light, its u0, v0 and dN_i / dL_e (RGB)
 CMPG_CONST kTapeSecond = 9; // E_i, N_i, w_i under the second set of values, difference mode only
 
@@ -37,10 +36,10 @@ inline uint tapePlanes(uint mode, uint differentiated, bool texcoord1) {
     const auto has = [&](uint slot) { return (differentiated >> slot & 1u) != 0; };
     const uint texcoords = texcoord1 ? kTapeTexcoord1 : 0;
     uint planes = kTapeSurface + texcoords + (mode == kModeReverse ? kTapeThroughput : 0);
-    for (const uint slot : {kSlotBaseColor, kSlotRoughness, kSlotMetallic, kSlotSpecular})
-        planes += has(slot) ? kTapeSlot : 0;
-    planes += has(kSlotNormal) ? kTapeNormal : 0;
-    if (has(kSlotEmission) || has(kSlotsPerMaterial))
+    for (uint slot = 0; slot < kMaterialSlots; ++slot)
+        if (has(slot) && (kScatteringSlots >> slot & 1u))
+            planes += 2 * kTapeDerivative * (slot == kSlotNormal ? 3 : 1);
+    if (has(kSlotEmission) || has(kSlotRadiance))
         planes += kTapeEmissionWeight + kTapeLight + texcoords;
     return planes;
 }

@@ -68,7 +68,7 @@ void drawView(Canvas& canvas, int y, const ContactSheet::ViewRow& view, float fa
 
 // Normals are shown as they are kept in files; light, which has no upper bound, with one exposure at both ends.
 void drawTexture(Canvas& canvas, int y, const ContactSheet::ParameterRow& row) {
-    const bool normal = row.kind == SlotKind::Normal, light = row.kind == SlotKind::Emission || row.kind == SlotKind::Radiance;
+    const bool normal = row.kind == SlotKind::Normal, light = emitsLight(row.kind);
     const float factor = normal ? 0.5f : light ? exposureFor({&row.start, &row.end}) : 1.f, offset = normal ? 0.5f : 0.f;
     drawPicture(canvas, column(0), y, row.name + ", start", shown(row.start, factor, offset));
     drawPicture(canvas, column(1), y, row.name + ", end", shown(row.end, factor, offset));

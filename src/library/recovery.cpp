@@ -81,8 +81,12 @@ Checkpoint::Identity identityOf(const RecoveryOptions& o, const OptimizeConfig& 
     identity.emplace_back("seed", std::to_string(config.seed));
     add("loss", double(config.loss));
     add("optimizer", double(config.optimizer.kind));
-    for (std::size_t kind = 0; kind < kSlotKinds; ++kind)
+    for (std::size_t kind = 0; kind < kSlotKinds; ++kind) {
+        const bool lobe = kind >= kCommonSlots && kind < kMaterialSlots; // runs without a rate for it are as they were before there was such a slot
+        if (lobe && config.optimizer.rates[kind] < 0)
+            continue;
         add(std::string("rate of ") + slotName(SlotKind(kind)), double(config.optimizer.rates[kind]));
+    }
     add("schedule", double(config.optimizer.schedule));
     if (config.optimizer.schedule != Schedule::Constant) { // else steps may be added
         add("steps", config.steps);

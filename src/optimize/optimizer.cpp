@@ -92,8 +92,7 @@ void setRate(SlotRates& rates, const std::string& slot, float rate) {
             known = true;
         }
     if (!known)
-        throw Error(ErrorKind::Usage, "there is no slot '" + slot + "'", {}, "slots are baseColor, roughness, metallic, specular, emission, normal and radiance",
-                    {"rate"});
+        throw Error(ErrorKind::Usage, "there is no slot '" + slot + "'", {}, "slots are " + slotNames(), {"rate"});
 }
 
 float slotRate(const OptimizerConfig& config, SlotKind kind) {

@@ -10,8 +10,13 @@
 
 namespace cmpg {
 
-constexpr std::size_t kSlotKinds = std::size_t(SlotKind::Radiance) + 1;
 using SlotRates = std::array<float, kSlotKinds>; // indexed by SlotKind
+constexpr SlotRates defaultRates() {
+    SlotRates rates{};
+    for (float& rate : rates)
+        rate = -1;
+    return rates;
+}
 
 struct OptimizerConfig {
     OptimizerKind kind = OptimizerKind::Adam;
@@ -24,12 +29,18 @@ struct OptimizerConfig {
     // Gauss-Newton (optimize/gauss_newton.h) knows how long its steps are; the rate bounds them.
     // Step per update of a parameter of each kind. Kinds without an upper bound (emission, radiance) step in units of the mean
     // of their starting values. Negative: the optimiser's default, below.
-    SlotRates rates = {-1, -1, -1, -1, -1, -1, -1};
+    SlotRates rates = defaultRates();
     Schedule schedule = Schedule::Constant;
     float finalFactor = 0.1f; // what the schedule has multiplied the rate by at the last step
 };
-constexpr SlotRates kAdamRates = {0.02f, 0.02f, 0.02f, 0.02f, 0.02f, 0.01f, 0.02f};
-constexpr SlotRates kSgdRates = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.25f, 0.5f};
+#define SLOT(number, Name, name, channels, highest, adam, sgd) adam,
+constexpr SlotRates kAdamRates = {
+#include "shared/slots.def"
+};
+#define SLOT(number, Name, name, channels, highest, adam, sgd) sgd,
+constexpr SlotRates kSgdRates = {
+#include "shared/slots.def"
+};
 
 // Sets the rate of a slot, or of all where `slot` is empty. Error(Usage) where there is no such slot.
 void setRate(SlotRates& rates, const std::string& slot, float rate);

@@ -40,8 +40,7 @@ void GradientUnits::choose() {
 }
 
 double GradientUnits::unitOf(SlotKind kind) const {
-    const bool emits = kind == SlotKind::Emission || kind == SlotKind::Radiance;
-    return emits ? emission_.unit : kind == SlotKind::Normal ? normal_.unit : surface_.unit;
+    return emitsLight(kind) ? emission_.unit : kind == SlotKind::Normal ? normal_.unit : surface_.unit;
 }
 
 } // namespace cmpg

@@ -49,7 +49,7 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
     : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), ranks_(config.ranks ? *config.ranks : oneRank()),
       mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
-          return scene.parameters[p].kind == SlotKind::Emission || scene.parameters[p].kind == SlotKind::Radiance;
+          return emitsLight(scene.parameters[p].kind);
       })), share_(config.guideShare), rouletteEffort_(config.rouletteEffort) {
     buffers.publish(tree);
 }

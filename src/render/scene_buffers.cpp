@@ -17,11 +17,8 @@ namespace {
 
 using Words = std::vector<std::uint32_t>;
 
-// Kernels and host number the slots alike.
-static_assert(std::uint32_t(SlotKind::BaseColor) == gpu::kSlotBaseColor && std::uint32_t(SlotKind::Roughness) == gpu::kSlotRoughness &&
-              std::uint32_t(SlotKind::Metallic) == gpu::kSlotMetallic && std::uint32_t(SlotKind::Specular) == gpu::kSlotSpecular &&
-              std::uint32_t(SlotKind::Emission) == gpu::kSlotEmission && std::uint32_t(SlotKind::Normal) == gpu::kSlotNormal &&
-              std::uint32_t(SlotKind::Radiance) == gpu::kSlotsPerMaterial && kMaterialSlots == gpu::kSlotsPerMaterial);
+// There is a place, and a bit of the flags, for each slot.
+static_assert(kMaterialSlots <= gpu::kSlotsPerMaterial);
 static_assert(std::uint32_t(SurfaceModel::MetallicRoughness) == gpu::kModelMetallicRoughness && std::uint32_t(SurfaceModel::Dielectric) == gpu::kModelDielectric &&
               std::uint32_t(SurfaceModel::ThinDielectric) == gpu::kModelThinDielectric && std::uint32_t(SurfaceModel::Conductor) == gpu::kModelConductor &&
               std::uint32_t(SurfaceModel::Plastic) == gpu::kModelPlastic);
@@ -40,12 +37,12 @@ bool SceneBuffers::isDifferentiable(std::uint32_t parameter) const {
 }
 
 bool SceneBuffers::isLookedUp(std::uint32_t material, std::uint32_t k) const {
-    if (!(features_.readSlots[material] >> k & 1u))
-        return false;
     const std::uint32_t parameter = scene_.materials[material].parameters[k];
+    if (parameter == kNoParameter || !(features_.readSlots[material] >> k & 1u))
+        return false;
     const Parameter& p = scene_.parameters[parameter];
     // A constant normal is the surface's own unless somebody changes it.
-    return p.entries() > p.channels || (p.kind == SlotKind::Normal && isDifferentiable(parameter));
+    return k >= kCommonSlots || p.entries() > p.channels || (p.kind == SlotKind::Normal && isDifferentiable(parameter));
 }
 
 void SceneBuffers::chooseMaterials() {
@@ -200,6 +197,8 @@ void SceneBuffers::uploadSlots(Device& device) {
     for (std::size_t m = 0; m < materialsUp_.size(); ++m)
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
             const std::uint32_t index = scene_.materials[materialsUp_[m]].parameters[k];
+            if (index == kNoParameter)
+                continue;
             const Parameter& p = scene_.parameters[index];
             gpu::GpuSlot& s = slots[m * gpu::kSlotsPerMaterial + k];
             s.offset = places_[index];
@@ -402,7 +401,7 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
         if (hasSecond_)
             uploadMaterials(true);
     }
-    if (p.kind == SlotKind::Emission || p.kind == SlotKind::Radiance)
+    if (emitsLight(p.kind))
         uploadLights();
 }
 

@@ -66,8 +66,12 @@ struct Analysis {
         reads(SlotKind::Emission, emits);
         reads(SlotKind::Normal, m.hasNormalMap);
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+            if (m.parameters[k] == kNoParameter)
+                continue;
+            if (k >= kCommonSlots)
+                reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness);
             const Parameter& p = scene.parameters[m.parameters[k]];
-            if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal)) {
+            if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal || k >= kCommonSlots)) {
                 f.texturedSlots |= 1u << k;
                 f.packedTextures |= p.values.empty();
                 f.texcoord1 |= p.texcoord == 1;
@@ -130,7 +134,7 @@ struct Analysis {
                 continue;
             part.addMaterial(i, false);
             for (std::uint32_t k = 0; k < kMaterialSlots; ++k)
-                s.differentiated |= (gpu::kScatteringSlots >> k & 1u) && asked[scene.materials[i].parameters[k]];
+                s.differentiated |= (gpu::kScatteringSlots >> k & 1u) && scene.materials[i].parameters[k] != kNoParameter && asked[scene.materials[i].parameters[k]];
         }
         const Geometry& g = scene.geometry;
         const auto hasNormal = [&](std::uint32_t vertex) { return glm::dot(g.normals[vertex], g.normals[vertex]) > 0; };

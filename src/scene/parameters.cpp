@@ -10,6 +10,25 @@
 namespace cmpg {
 namespace {
 
+constexpr float kUnbounded = std::numeric_limits<float>::infinity();
+struct Slot {
+    std::uint32_t number;
+    const char* name;
+    std::uint32_t channels;
+    float highest;
+};
+constexpr Slot kSlots[] = {
+#define SLOT(number, Name, name, channels, highest, adam, sgd) {number, #name, channels, highest},
+#include "shared/slots.def"
+};
+constexpr bool slotsAreInOrder() {
+    for (std::uint32_t k = 0; k < std::size(kSlots); ++k)
+        if (kSlots[k].number != k)
+            return false;
+    return true;
+}
+static_assert(std::size(kSlots) == kSlotKinds && slotsAreInOrder());
+
 // Levenshtein distance of two names.
 std::size_t distance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
@@ -59,9 +78,14 @@ bool matches(const std::string& glob, const std::string& text) {
 
 } // namespace
 
-const char* slotName(SlotKind kind) {
-    constexpr const char* kNames[] = {"baseColor", "roughness", "metallic", "specular", "emission", "normal", "radiance"};
-    return kNames[std::size_t(kind)];
+const char* slotName(SlotKind kind) { return kSlots[std::size_t(kind)].name; }
+std::uint32_t slotChannels(SlotKind kind) { return kSlots[std::size_t(kind)].channels; }
+
+std::string slotNames() {
+    std::string text;
+    for (const Slot& slot : kSlots)
+        text += (&slot == kSlots ? "" : &slot == std::end(kSlots) - 1 ? " and " : ", ") + std::string(slot.name);
+    return text;
 }
 
 void Parameter::materialise() {
@@ -77,11 +101,9 @@ void Parameter::materialise() {
     bias = glm::vec3(0);
 }
 
-float Parameter::lowest() const { return kind == SlotKind::Normal ? -1.0f : 0.0f; }
+float Parameter::lowest() const { return kind == SlotKind::Normal ? -highest() : 0.0f; }
 
-float Parameter::highest() const {
-    return kind == SlotKind::Emission || kind == SlotKind::Radiance ? std::numeric_limits<float>::infinity() : 1.0f;
-}
+float Parameter::highest() const { return kSlots[std::size_t(kind)].highest; }
 
 std::uint32_t Scene::parameter(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)

@@ -15,14 +15,23 @@ namespace cmpg {
 
 struct SceneFormat; // scene/scene_file.h
 
-// The things of a material that can be differentiated. `environment.radiance` has its own kind.
-enum class SlotKind : std::uint32_t { BaseColor, Roughness, Metallic, Specular, Emission, Normal, Radiance };
-constexpr std::uint32_t kMaterialSlots = 6;
+// The things of a material that can be differentiated, and the environment's radiance: shaders/shared/slots.def.
+enum class SlotKind : std::uint32_t {
+#define SLOT(number, Name, name, channels, highest, adam, sgd) Name = number,
+#include "shared/slots.def"
+};
+constexpr std::uint32_t kMaterialSlots = std::uint32_t(SlotKind::Radiance); // those of a material
+constexpr std::uint32_t kCommonSlots = std::uint32_t(SlotKind::Normal) + 1;    // those that every material has
+constexpr std::uint32_t kSlotKinds = kMaterialSlots + 1;
+constexpr std::uint32_t kNoParameter = ~0u;
 const char* slotName(SlotKind kind); // "baseColor", ...
+std::string slotNames();             // all of them, for messages
+std::uint32_t slotChannels(SlotKind kind);
+inline bool emitsLight(SlotKind kind) { return kind == SlotKind::Emission || kind == SlotKind::Radiance; }
 
 enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
 
-// One parameter: every slot of every material has one, constant (1x1) or textured.
+// One parameter: every slot that a material has is one, constant (1x1) or textured.
 struct Parameter {
     std::string name; // "<material>.<slot>" or "environment.radiance"
     SlotKind kind = SlotKind::BaseColor;
@@ -69,9 +78,17 @@ enum class SurfaceModel : std::uint32_t {
 };
 enum class Microfacets : std::uint32_t { Ggx, Beckmann };
 
+using SlotParameters = std::array<std::uint32_t, kMaterialSlots>;
+constexpr SlotParameters noParameters() {
+    SlotParameters none{};
+    for (std::uint32_t& parameter : none)
+        parameter = kNoParameter;
+    return none;
+}
+
 struct Material {
     std::string name;
-    std::array<std::uint32_t, kMaterialSlots> parameters; // index by SlotKind, into Scene::parameters
+    SlotParameters parameters = noParameters(); // index by SlotKind, into Scene::parameters; kNoParameter: of a lobe that the material has not
     bool hasNormalMap = false;
     SurfaceModel model = SurfaceModel::MetallicRoughness;
     // MetallicRoughness: the index of refraction of the dielectric part. Dielectric, ThinDielectric, Plastic: that of the interior over that of

@@ -64,7 +64,7 @@ PictureLook Looks::of(const LiveState& state, LivePicture picture) const {
             look.factor = float(1 / look.scale);
         } else if (parameter && parameter->kind == SlotKind::Normal) {
             look.kind = gpu::kPanelDirection;
-        } else if (parameter && (parameter->kind == SlotKind::Emission || parameter->kind == SlotKind::Radiance)) {
+        } else if (parameter && emitsLight(parameter->kind)) {
             look.factor = exposure;
         }
         break;

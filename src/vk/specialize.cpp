@@ -24,6 +24,7 @@ std::vector<std::uint32_t> specialize(std::span<const std::uint32_t> spirv, std:
         .RegisterPass(spvtools::CreateDeadBranchElimPass())
         .RegisterPass(spvtools::CreateEliminateDeadFunctionsPass())
         .RegisterPass(spvtools::CreateAggressiveDCEPass())
+        .RegisterPass(spvtools::CreateBlockMergePass()) // branches that are gone leave chains of empty blocks
         .RegisterPass(spvtools::CreateEliminateDeadConstantPass());
     std::vector<std::uint32_t> result;
     spvtools::OptimizerOptions options;

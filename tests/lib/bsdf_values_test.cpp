@@ -65,6 +65,7 @@ TEST(BsdfPrecision, FloatAgreesWithDoubleToOnePartInTenThousand) { comparePrecis
 TEST(BsdfPrecision, FloatAgreesWithDoubleNearGrazing) { comparePrecisions(1e-3, 1e-4, 1e-3); }
 
 using Library = shader_double::ShaderLibrary;
+using shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtMetallic, shader_double::kAtSpecular, shader_double::kAtNormal;
 
 Library::Surface surfaceOf(const Query& q) {
     return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u, q.model};
@@ -87,7 +88,7 @@ TEST(BsdfDerivatives, AgreeWithCentralDifferences) {
         const glm::dvec3 n = glm::normalize(glm::dvec3(q.normal)), wo = glm::normalize(glm::dvec3(q.wo)), wi = glm::normalize(glm::dvec3(q.wi));
         Library::BsdfDerivatives d;
         const glm::dvec3 value = library.bsdfCosDerivatives(s, n, wo, wi, d);
-        if (value == glm::dvec3(0) && d.metallic == glm::dvec3(0)) continue;
+        if (value == glm::dvec3(0) && d.at[kAtMetallic] == glm::dvec3(0)) continue;
         ++compared;
         const auto moved = [&](auto change) {
             return [&, change](double h) {
@@ -105,16 +106,16 @@ TEST(BsdfDerivatives, AgreeWithCentralDifferences) {
         const glm::dvec3 all = metallic + library.bsdfCos(surfaceOf(with(q, &Query::specular, 0)), n, wo, wi)
                              + library.bsdfCos(surfaceOf(with(q, &Query::specular, 1)), n, wo, wi);
         // The material is linear in these three, so any step will do.
-        check("baseColor", d.baseColor, difference(moved([](auto& t, double h) { t.baseColor += h; }), 0.1), all + glm::abs(d.baseColor));
-        check("metallic", d.metallic, difference(moved([](auto& t, double h) { t.metallic += h; }), 0.1), all);
-        check("specular", d.specular, difference(moved([](auto& t, double h) { t.specular += h; }), 0.1), all);
+        check("baseColor", d.at[kAtBaseColor], difference(moved([](auto& t, double h) { t.baseColor += h; }), 0.1), all + glm::abs(d.at[kAtBaseColor]));
+        check("metallic", d.at[kAtMetallic], difference(moved([](auto& t, double h) { t.metallic += h; }), 0.1), all);
+        check("specular", d.at[kAtSpecular], difference(moved([](auto& t, double h) { t.specular += h; }), 0.1), all);
         if (std::abs(s.roughness * s.roughness / 1e-3 - 1) > 0.05) { // away from the kink at the floor
-            check("roughness", d.roughness, difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-3 * std::max(s.roughness, 0.01)),
-                  value * (4 * s.roughness / alpha) + glm::abs(d.roughness));
+            check("roughness", d.at[kAtRoughness], difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-3 * std::max(s.roughness, 0.01)),
+                  value * (4 * s.roughness / alpha) + glm::abs(d.at[kAtRoughness]));
         }
         // A normal turned towards each axis and renormalised, by much less than the lobe's width and the smaller cosine.
         const double margin = std::min(std::abs(glm::dot(n, wo)), std::abs(glm::dot(n, wi)));
-        const glm::dmat3 gradient = glm::transpose(glm::dmat3(d.normalX, d.normalY, d.normalZ)); // column: channel
+        const glm::dmat3 gradient = glm::transpose(glm::dmat3(d.at[kAtNormal], d.at[kAtNormal + 1], d.at[kAtNormal + 2])); // column: channel
         for (int axis = 0; axis < 3; ++axis) {
             glm::dvec3 direction(0);
             direction[axis] = 1;
@@ -151,8 +152,8 @@ TEST(BsdfDerivatives, SwitchedOffAreZeroAndChangeNothingElse) {
     EXPECT_EQ(all.bsdfCosDerivatives(s, n, wo, wi, a), all.bsdfCos(s, n, wo, wi));
     const glm::dvec3 zero(0);
     EXPECT_EQ(none.bsdfCosDerivatives(s, n, wo, wi, b), all.bsdfCos(s, n, wo, wi));
-    for (const glm::dvec3& v : {b.baseColor, b.roughness, b.metallic, b.specular, b.normalX, b.normalY, b.normalZ}) EXPECT_EQ(v, zero);
-    for (const glm::dvec3& v : {a.baseColor, a.roughness, a.metallic, a.specular, a.normalX}) EXPECT_NE(v, zero);
+    for (const glm::dvec3& v : b.at) EXPECT_EQ(v, zero);
+    for (const glm::dvec3& v : {a.at[kAtBaseColor], a.at[kAtRoughness], a.at[kAtMetallic], a.at[kAtSpecular], a.at[kAtNormal]}) EXPECT_NE(v, zero);
 }
 
 // The formulas of glTF 2.0 appendix B and KHR_materials_specular written down directly, in their textbook form.
@@ -206,7 +207,7 @@ TEST(Bsdf, IsZeroAcrossTheSurfaceAndAtItsEdge) {
         Library::BsdfDerivatives d;
         EXPECT_EQ(library.bsdfCosDerivatives(s, n, wo, wi, d), glm::dvec3(0));
         EXPECT_EQ(library.bsdfPdf(s, n, wo, wi), 0);
-        for (const glm::dvec3& v : {d.baseColor, d.roughness, d.metallic, d.specular, d.normalX, d.normalY, d.normalZ}) EXPECT_EQ(v, glm::dvec3(0));
+        for (const glm::dvec3& v : d.at) EXPECT_EQ(v, glm::dvec3(0));
     }
     EXPECT_EQ(library.bsdfCos(s, -n, up, up), library.bsdfCos(s, n, up, up)); // two-sided
 }

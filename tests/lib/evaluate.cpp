@@ -10,7 +10,7 @@ namespace cmpg::test {
 
 Evaluation evaluateDouble(const Query& query) {
     using Real = double;
-    using shader_double::ShaderLibrary;
+    using namespace shader_double;
 #include "evaluate.inc"
 }
 

@@ -5,7 +5,7 @@
 
 cmpg::test::Evaluation cmpg::test::evaluateFloat(const Query& query) {
     using Real = float;
-    using shader_float::ShaderLibrary;
+    using namespace shader_float;
 #include "evaluate.inc"
 }
 
@@ -16,5 +16,5 @@ bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) 
 
 bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi, float& single) {
     shader_float::ShaderLibrary library;
-    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model}, q.normal, q.wo, u, wi, single);
+    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model, {q.clearcoat, q.clearcoatRoughness}}, q.normal, q.wo, u, wi, single);
 }

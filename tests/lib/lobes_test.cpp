@@ -19,6 +19,7 @@ namespace cmpg::test {
 namespace {
 
 using Library = shader_double::ShaderLibrary;
+using shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtSpecular, shader_double::kAtNormal;
 
 constexpr std::uint32_t model(std::uint32_t number) { return number << gpu::kModelShift; }
 
@@ -120,15 +121,15 @@ TEST(SmoothDielectric, ReflectsAndRefracts) {
             ASSERT_NEAR(glm::dot(n, wi), glm::dot(n, wo), 1e-12);
             ASSERT_NEAR(carried.x, f, 1e-12);
             ASSERT_NEAR(carried.x / probability, 1, 1e-12) << "white glass absorbs nothing";
-            ASSERT_NEAR(d.specular.x, carried.x, 1e-15);
-            ASSERT_EQ(d.baseColor.x, 0);
+            ASSERT_NEAR(d.at[kAtSpecular].x, carried.x, 1e-15);
+            ASSERT_EQ(d.at[kAtBaseColor].x, 0);
         } else {
             ++refractions;
             ASSERT_NEAR(glm::length(glm::cross(n, wo)), eta * glm::length(glm::cross(n, wi)), 1e-9) << "Snell";
             ASSERT_NEAR(carried.x / probability * eta * eta, 1, 1e-10);
             ASSERT_NEAR(library.radianceScale(s, n, wo, wi), 1 / (eta * eta), 1e-12);
-            ASSERT_NEAR(d.baseColor.x, carried.x, 1e-15);
-            ASSERT_EQ(d.specular.x, 0);
+            ASSERT_NEAR(d.at[kAtBaseColor].x, carried.x, 1e-15);
+            ASSERT_EQ(d.at[kAtSpecular].x, 0);
         }
     }
     EXPECT_GT(reflections, 1000);
@@ -309,14 +310,14 @@ TEST(Lobes, DerivativesAreThoseOfTheValue) {
                     return m.library.bsdfCos(t, n, wo, wi);
                 };
             };
-            expectNear(d.baseColor, difference(moved([](auto& t, double h) { t.baseColor += h; }), 1e-3), value + 1.0, what + "baseColor");
+            expectNear(d.at[kAtBaseColor], difference(moved([](auto& t, double h) { t.baseColor += h; }), 1e-3), value + 1.0, what + "baseColor");
             const bool plastic = json["model"] == "plastic";
-            expectNear(d.specular, plastic ? difference(moved([](auto& t, double h) { t.specularColor += h; }), 1e-3) : glm::dvec3(0), value + 1.0, what + "specular");
+            expectNear(d.at[kAtSpecular], plastic ? difference(moved([](auto& t, double h) { t.specularColor += h; }), 1e-3) : glm::dvec3(0), value + 1.0, what + "specular");
             // Within the pieces of the coat's table.
-            expectNear(d.roughness, m.alpha > 0 ? difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-5 * m.alpha) : glm::dvec3(0),
+            expectNear(d.at[kAtRoughness], m.alpha > 0 ? difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-5 * m.alpha) : glm::dvec3(0),
                        value / std::max(m.alpha, 0.1) * 10.0 + 1.0, what + "roughness");
             for (const glm::dvec3 direction : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)}) {
-                const glm::dvec3 found = glm::dmat3(d.normalX, d.normalY, d.normalZ) * direction;
+                const glm::dvec3 found = glm::dmat3(d.at[kAtNormal], d.at[kAtNormal + 1], d.at[kAtNormal + 2]) * direction;
                 const glm::dvec3 expected = difference([&](double h) { return m.library.bsdfCos(s, glm::normalize(n + h * direction), wo, wi); }, 1e-6);
                 expectNear(found, expected, value / std::max(m.alpha, 0.05) * 20.0 + 1.0, what + "normal");
             }
@@ -461,9 +462,9 @@ TEST(RoughDielectric, DerivativesAreThoseOfTheValue) {
                     return m.library.bsdfCos(t, n, wo, wi);
                 };
             };
-            expectNear(d.baseColor, difference(moved([](auto& t, double h) { t.baseColor += h; }), 1e-3), value + 1.0, "baseColor");
-            expectNear(d.specular, difference(moved([](auto& t, double h) { t.specularColor += h; }), 1e-3), value + 1.0, "specular");
-            expectNear(d.roughness, difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-4 * m.alpha), value / m.alpha + 1.0, "roughness");
+            expectNear(d.at[kAtBaseColor], difference(moved([](auto& t, double h) { t.baseColor += h; }), 1e-3), value + 1.0, "baseColor");
+            expectNear(d.at[kAtSpecular], difference(moved([](auto& t, double h) { t.specularColor += h; }), 1e-3), value + 1.0, "specular");
+            expectNear(d.at[kAtRoughness], difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-4 * m.alpha), value / m.alpha + 1.0, "roughness");
         }
         EXPECT_GT(bright, 300);
     }

@@ -17,7 +17,6 @@ using namespace glm;
 using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
 using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
-using gpu::kSlotBaseColor, gpu::kSlotMetallic, gpu::kSlotSpecular;
 using gpu::kModelShift, gpu::kModelMask, gpu::kModelMetallicRoughness, gpu::kModelDielectric, gpu::kModelThinDielectric, gpu::kModelConductor, gpu::kModelPlastic;
 using gpu::kMaterialSmooth, gpu::kMaterialBeckmann, gpu::kMaterialNonlinear, gpu::kMaterialAlphaSquared, gpu::kCoatRows, gpu::kCoatColumns;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;

@@ -17,7 +17,7 @@ std::vector<bool> differentiated(const Scene& scene) {
     for (const Triangle& t : scene.geometry.triangles)
         used[t.material] = true;
     for (std::uint32_t m = 0; m < scene.materials.size(); ++m)
-        for (std::uint32_t k = 0; used[m] && k < kMaterialSlots; ++k) {
+        for (std::uint32_t k = 0; used[m] && k < kCommonSlots; ++k) {
             const SlotKind kind = SlotKind(k);
             wanted[scene.materials[m].parameters[k]] = kind == SlotKind::Normal ? scene.materials[m].hasNormalMap : kind != SlotKind::Emission || emits(scene, m);
         }

@@ -96,9 +96,9 @@ class Maker {
         Material m;
         m.name = name;
         const float metallic = chance(0.6f) ? 0 : chance(0.3f) ? 1 : random_.uniform();
-        const std::array<glm::vec3, kMaterialSlots> values{color(0.1f, 0.9f), glm::vec3(random_.between(least(), 1)), glm::vec3(metallic),
+        const std::array<glm::vec3, kCommonSlots> values{color(0.1f, 0.9f), glm::vec3(random_.between(least(), 1)), glm::vec3(metallic),
                                                            glm::vec3(chance(0.5f) ? 0.f : random_.uniform()), emission, {0, 0, 1}};
-        for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+        for (std::uint32_t k = 0; k < kCommonSlots; ++k) {
             m.parameters[k] = std::uint32_t(scene_.parameters.size());
             scene_.parameters.push_back(parameter(name, SlotKind(k), values[k]));
         }

@@ -11,7 +11,7 @@ def smith(c, a2):
 class GltfBsdf(mi.BSDF):
     """Two-sided reflection; `normal` is a texture of decoded tangent-space vectors, absent where there is no normal map."""
 
-    slots = ("baseColor", "roughness", "metallic", "specular", "normal")
+    slots = ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness")
 
     def __init__(self, props):
         super().__init__(props)
@@ -48,6 +48,12 @@ class GltfBsdf(mi.BSDF):
         r = self.textures["roughness"].eval_1(si, active)
         return dr.maximum(r * r, 1e-3)
 
+    coat_share = 0.25
+
+    def coat_alpha(self, si, active):
+        r = self.textures["clearcoatRoughness"].eval_1(si, active)
+        return dr.maximum(r * r, 1e-3)
+
     def specular_share(self, si, active):
         metallic = dr.detach(self.textures["metallic"].eval_1(si, active))
         return metallic * 0.95 + (1 - metallic) * 0.5
@@ -71,12 +77,23 @@ class GltfBsdf(mi.BSDF):
         fr = self.f0 + (1 - self.f0) * grazing
         dielectric = (1 - specular * fr) * base / dr.pi + specular * fr * layer
         metal = (base + (1 - base) * grazing) * layer
-        return dr.select(active, (dielectric * (1 - metallic) + metal * metallic) * wo.z, 0)
+        base = dielectric * (1 - metallic) + metal * metallic
+        if "clearcoat" in self.textures:  # KHR_materials_clearcoat
+            a2 = dr.square(self.coat_alpha(si, active))
+            d = a2 / (dr.pi * dr.square(dr.square(h.z) * (a2 - 1) + 1))
+            blend = self.textures["clearcoat"].eval_1(si, active) * (0.04 + 0.96 * (1 - wi.z) ** 5)
+            base = base * (1 - blend) + blend * d * smith(wi.z, a2) * smith(wo.z, a2)
+        return dr.select(active, base * wo.z, 0)
 
     def pdf(self, ctx, si, wo, active):
         wi, wo, _, _ = self.local(si, wo, active)
         active = active & (wi.z > 0) & (wo.z > 0)
-        return dr.select(active, self.density(wi, wo, self.alpha(si, active), self.specular_share(si, active)), 0)
+        density = self.density(wi, wo, self.alpha(si, active), self.specular_share(si, active))
+        if "clearcoat" in self.textures:
+            ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, dr.detach(self.coat_alpha(si, active)), True)
+            h = dr.normalize(wi + wo)
+            density = (1 - self.coat_share) * density + self.coat_share * ggx.pdf(wi, h) / (4 * dr.dot(wo, h))
+        return dr.select(active, density, 0)
 
     def eval_pdf(self, ctx, si, wo, active):
         return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
@@ -85,6 +102,11 @@ class GltfBsdf(mi.BSDF):
         wi, _, frame, sign = self.local(si, si.wi, active)
         active = active & (wi.z > 0)
         share, alpha = self.specular_share(si, active), dr.detach(self.alpha(si, active))
+        if "clearcoat" in self.textures:  # the first numbers go to the coat
+            coat = sample1 < self.coat_share
+            sample1 = dr.select(coat, 0, (sample1 - self.coat_share) / (1 - self.coat_share))
+            share = dr.select(coat, 1, share)
+            alpha = dr.select(coat, dr.detach(self.coat_alpha(si, active)), alpha)
         ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
         m, _ = ggx.sample(wi, sample2)
         wo = dr.select(sample1 < share, mi.reflect(wi, m), mi.warp.square_to_cosine_hemisphere(sample2))

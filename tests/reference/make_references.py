@@ -53,6 +53,8 @@ JOBS = {
                        ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
                        ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
+    "varnish": (32, [("brass.clearcoat", "one"), ("half.clearcoat", "one", 2), ("half.clearcoatRoughness", "one", 8),
+                     ("plastic.baseColor", "one"), ("half.clearcoat", "reverse", 2)]),
     # In Mitsuba's own format, beside this file.
     "mitsuba/shapes": (64, [("red.reflectance", "one")]),
     "mitsuba/textures": (32, [("sky.radiance", "self"), ("panel.reflectance", "reverse")]),
@@ -75,6 +77,10 @@ VARIANTS = {
         "plastic": {"model": "plastic", "ior": 1.5, "colour": [0.15, 0.35, 0.6], "specular": [0.9, 0.9, 0.9], "nonlinear": False},
         "half": {"model": "plastic", "ior": 1.7, "colour": [0.7, 0.3, 0.3], "specular": [0.9, 0.8, 0.7], "alpha": 0.3, "distribution": "beckmann",
                  "nonlinear": True}}),
+    "varnish": ("materials", {
+        "brass": {"model": "clearcoat", "clearcoat": 1.0, "clearcoatRoughness": 0.15},
+        "plastic": {"model": "clearcoat", "clearcoat": 0.7, "clearcoatRoughness": 0.5},
+        "half": {"model": "clearcoat", "clearcoat": 0.5, "clearcoatRoughness": 0.3}}),
 }
 
 

@@ -85,9 +85,10 @@ class Translation:
         mr = pbr.get("metallicRoughnessTexture")
         rough = self.scalar(pbr.get("roughnessFactor", 1), mr, 1)
         other = self.other.get(name) or self.glass(material, specular)
-        if other is not None:
+        coat = other if other is not None and other["model"] == "clearcoat" else None
+        if other is not None and coat is None:
             return self.boundary(name, other, base if pbr.get("baseColorTexture") else None)
-        plain = mr is None and "normalTexture" not in material and not self.exact
+        plain = mr is None and "normalTexture" not in material and not self.exact and coat is None
         if plain and metallic == 0 and specular == 0:
             bsdf = mi.load_dict({"type": "twosided", "nested": {"type": "diffuse", "reflectance": base}})
             self.owners[name + ".baseColor"] = bsdf, "brdf_0.reflectance"
@@ -101,13 +102,15 @@ class Translation:
         result = {"type": "gltf", "baseColor": base, "roughness": rough, "metallic": self.scalar(metallic, mr, 2),
                   "specular": self.scalar(specular, None, 0),
                   "ior": extension.get("KHR_materials_ior", {}).get("ior", 1.5)}
+        if coat is not None:
+            result.update({slot: self.scalar(coat[slot], None, 0) for slot in ("clearcoat", "clearcoatRoughness")})
         if "normalTexture" in material:
             reference = material["normalTexture"]
             scale = reference.get("scale", 1)
             result["normal"] = self.texture(reference, (2 * self.image(reference["index"], True) - 1) * [scale, scale, 1])
         result = {k: mi.load_dict(v) if isinstance(v, dict) else v for k, v in result.items()}
         bsdf = mi.load_dict(result)
-        for slot in ("baseColor", "roughness", "metallic", "specular", "normal"):
+        for slot in ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness"):
             if slot in result:
                 self.owners[f"{name}.{slot}"] = bsdf, slot
         return bsdf

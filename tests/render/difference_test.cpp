@@ -1,5 +1,5 @@
 // An image and how it differs from that of a second set of values, along the same paths.
-#include "support/render_fixture.h"
+#include "support/derivative_fixture.h"
 
 #include <cmath>
 
@@ -23,24 +23,12 @@ std::vector<float> moved(const Parameter& p, float step) {
     return values;
 }
 
-// A lobe that only another value has is given samples in passes with two sets, and not in those with one.
-Scene withBothLobes() {
-    Scene scene = bundledScene("materials");
-    for (Parameter& p : scene.parameters) {
-        p.materialise();
-        if (p.kind == SlotKind::Metallic || p.kind == SlotKind::Specular)
-            for (float& v : p.values)
-                v = std::clamp(v, 0.1f, 0.9f);
-    }
-    return scene;
-}
-
 class Difference : public testing::TestWithParam<std::string> {};
 
 // Against two images of which one is made with the second values alone. What is sampled is the same in all.
 TEST_P(Difference, IsThatOfImagesAlongTheSamePaths) {
-    Bench both(withBothLobes(), {GetParam()}, withSecondValues(false));
-    Bench second(withBothLobes(), {GetParam()}, withSecondValues(true));
+    Bench both(withBothLobes(bundledScene("materials")), {GetParam()}, withSecondValues(false));
+    Bench second(withBothLobes(bundledScene("materials")), {GetParam()}, withSecondValues(true));
     const View view = viewOf(both.scene, 24, 24);
     const PassKey key{7, 0, 1};
     const ImageDifference same = both.renderer->renderDifference(view, 16, key);

@@ -242,7 +242,7 @@ TEST(Features, PoolsHoldWhatPassesNeed) {
     const std::uint32_t color = room.scene.parameter("floor.baseColor"), lamp = room.scene.parameter("lamp.emission");
     const PoolNeeds gradient{.modes = images | reverse, .gradientEntries = 3};
     const std::uint64_t one = pools({.differentiable = {color}}, gradient).at("tape");
-    const std::uint64_t words = gpu::kTapeSurface + gpu::kTapeThroughput + gpu::kTapeSlot;
+    const std::uint64_t words = gpu::kTapeSurface + gpu::kTapeThroughput + 2 * gpu::kTapeDerivative;
     constexpr double kTexelPadding = 1024; // of a buffer that is read in texels
     EXPECT_NEAR(double(pools({.differentiable = {color, lamp}}, gradient).at("tape")), double(one) * (words + gpu::kTapeEmissionWeight + gpu::kTapeLight) / words,
                 2 * kTexelPadding);

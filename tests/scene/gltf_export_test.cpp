@@ -157,6 +157,23 @@ TEST(GltfExport, GlassLoadsBack) {
     EXPECT_EQ(back.materials[1].model, SurfaceModel::Dielectric);
 }
 
+TEST(GltfExport, ClearCoatLoadsBack) {
+    Fixture f;
+    const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0.5}, {"clearcoatRoughnessFactor", 0.4}, {"clearcoatRoughnessTexture", texture}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    std::vector<std::uint32_t> changed;
+    for (const char* name : {"plain.clearcoat", "plain.clearcoatRoughness"}) {
+        changed.push_back(s.parameter(name));
+        change(s.parameters[changed.back()]);
+    }
+    ASSERT_TRUE(s.parameters[changed[1]].textured);
+    const TempFolder out;
+    exportScene(s, changed, out.path());
+    expectSame(s, loadScene(out / "scene.gltf"));
+}
+
 TEST(GltfExport, BinaryScenesBecomeTextAndData) {
     const TempFolder folder, out;
     GltfWriter w = oneTriangle();

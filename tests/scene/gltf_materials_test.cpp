@@ -45,7 +45,7 @@ TEST(GltfMaterials, DefaultsAreThoseOfGltf) {
     EXPECT_FALSE(s.materials[0].hasNormalMap);
     EXPECT_TRUE(warned(s, "no light at all"));
     EXPECT_TRUE(warned(s, "no camera"));
-    for (std::uint32_t k = 0; k < kMaterialSlots; ++k) EXPECT_EQ(s.parameters[s.materials[0].parameters[k]].kind, SlotKind(k));
+    for (std::uint32_t k = 0; k < kCommonSlots; ++k) EXPECT_EQ(s.parameters[s.materials[0].parameters[k]].kind, SlotKind(k));
 }
 
 TEST(GltfMaterials, ConstantFactors) {
@@ -65,6 +65,36 @@ TEST(GltfMaterials, ConstantFactors) {
     EXPECT_FLOAT_EQ(s.materials[0].ior, 1.33f);
     EXPECT_FALSE(warned(s, "no light"));
     EXPECT_FALSE(warned(s, "not rendered"));
+}
+
+TEST(GltfMaterials, ClearCoat) {
+    Fixture f;
+    const std::size_t t = f.png("coat.png", 2, 1, 3, {255, 51, 0, 0, 102, 9});
+    f.material["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0.5}, {"clearcoatTexture", {{"index", t}}},
+                                                             {"clearcoatRoughnessFactor", 0.75}, {"clearcoatRoughnessTexture", {{"index", t}}}}}};
+    f.w.json["extensionsRequired"] = {"KHR_materials_clearcoat"};
+    const Scene s = f.load();
+    ASSERT_EQ(s.parameters.size(), 8u);
+    expectValues(valuesOf(s, "wall.clearcoat"), {0.5f, 0});
+    expectValues(valuesOf(s, "wall.clearcoatRoughness"), {0.75f * 0.2f, 0.75f * 0.4f});
+    EXPECT_FALSE(warned(s, "not rendered"));
+
+    f.material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatNormalTexture", {{"index", t}}}};
+    f.material["emissiveFactor"] = {1, 1, 1};
+    const Scene plain = f.load();
+    expectValues(valuesOf(plain, "wall.clearcoat"), {0});
+    expectValues(valuesOf(plain, "wall.clearcoatRoughness"), {0});
+    EXPECT_TRUE(warned(plain, "normals of what is below"));
+    EXPECT_TRUE(warned(plain, "as if there were none"));
+
+    f.material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 2}};
+    EXPECT_THROW(f.load(), Error);
+
+    f.material["extensions"] = {{"KHR_materials_clearcoat", Json::object()}, {"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+    f.material["pbrMetallicRoughness"] = {{"metallicFactor", 0}};
+    const Scene glass = f.load();
+    EXPECT_EQ(glass.parameters.size(), 6u);
+    EXPECT_TRUE(warned(glass, "which is glass"));
 }
 
 TEST(GltfMaterials, BaseColorTextureIsDecodedAndFolded) {
@@ -215,9 +245,9 @@ TEST(GltfMaterials, TransmissionOfMetalsAndOfPartsIsToldOf) {
 
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
     Fixture f;
-    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_clearcoat"};
+    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_sheen"};
     f.material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
-    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_clearcoat, KHR_materials_unlit"));
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_sheen, KHR_materials_unlit"));
 }
 
 TEST(GltfMaterials, NamesAreUniqueAndPrintable) {

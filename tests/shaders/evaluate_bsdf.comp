@@ -15,11 +15,12 @@ const bool kRoughDielectric = false;
 const bool kRoughReflection = false;
 const bool kBeckmann = false;
 const bool kGgx = true;
-const bool kDiffBaseColor = true;
-const bool kDiffRoughness = true;
-const bool kDiffMetallic = true;
-const bool kDiffSpecular = true;
-const bool kDiffNormal = true;
+#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
+#include "shared/slots.def"
+#define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;
+#include "shared/slots.def"
+#include "shared/material.h"
+const uint kKeptSlots = kScatteringSlots & ((1u << kMaterialSlots) - 1u);
 vec4 coatTexel(uint at) { return vec4(0); }
 #include "lib/bsdf.glsl"
 #include "lib/dispatch.glsl"
@@ -31,6 +32,7 @@ struct Query {
     float ior;
     uint model;
     vec3 normal, wo, wi;
+    float clearcoat, clearcoatRoughness;
 };
 
 struct Result {
@@ -49,18 +51,26 @@ void main() {
     const uint i = globalIndex();
     if (i >= count) return;
     const Query q = queries[i];
-    const Surface s = Surface(q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, 0xffffffffu, q.model);
+    Surface s;
+    s.baseColor = q.baseColor;
+    s.roughness = q.roughness;
+    s.metallic = q.metallic;
+    s.specular = q.specular;
+    s.specularColor = q.specularColor;
+    s.ior = q.ior;
+    s.asked = 0xffffffffu;
+    s.model = q.model;
     BsdfDerivatives d;
     Result r;
     r.value = bsdfCos(s, q.normal, q.wo, q.wi);
     r.valueWithDerivatives = bsdfCosDerivatives(s, q.normal, q.wo, q.wi, d);
     r.pdf = bsdfPdf(s, q.normal, q.wo, q.wi);
-    r.baseColor = d.baseColor;
-    r.roughness = d.roughness;
-    r.metallic = d.metallic;
-    r.specular = d.specular;
-    r.normalX = d.normalX;
-    r.normalY = d.normalY;
-    r.normalZ = d.normalZ;
+    r.baseColor = d.at[kAtBaseColor];
+    r.roughness = d.at[kAtRoughness];
+    r.metallic = d.at[kAtMetallic];
+    r.specular = d.at[kAtSpecular];
+    r.normalX = d.at[kAtNormal];
+    r.normalY = d.at[kAtNormal + 1];
+    r.normalZ = d.at[kAtNormal + 2];
     results[i] = r;
 }

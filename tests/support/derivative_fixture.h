@@ -3,9 +3,21 @@
 
 #include "support/render_fixture.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace cmpg::test {
+
+// Away from the ends of their range, where a lobe that is not there has a derivative but no sample.
+inline Scene withBothLobes(Scene scene) {
+    for (Parameter& p : scene.parameters) {
+        p.materialise();
+        if (p.kind == SlotKind::Metallic || p.kind == SlotKind::Specular)
+            for (float& v : p.values)
+                v = std::clamp(v, 0.1f, 0.9f);
+    }
+    return scene;
+}
 
 inline std::vector<std::vector<float>> randomDirections(const Bench& s, std::uint32_t seed) {
     std::mt19937 random(seed);
@@ -52,6 +64,39 @@ inline void expectForwardAgreesWithReverse(const Bench& s) {
         reverseSum += std::inner_product(gradients[p].begin(), gradients[p].end(), directions[p].begin(), 0.0);
     ASSERT_GT(magnitude, 0);
     EXPECT_NEAR(forwardSum, reverseSum, 1e-4 * magnitude);
+}
+
+// Forward derivatives of a bench with frozenEvaluation, pixel by pixel; h: of the differences.
+inline void expectFrozenDifferences(const Bench& s, float h = 2e-3f) {
+    const View view = viewOf(s.scene, 24, 24);
+    const PassKey key{7, 0, 1};
+    const auto directions = randomDirections(s, 3);
+    const Image forward = s.renderer->forward(view, 16, key, s.config.differentiable, directions);
+
+    const auto shifted = [&](float step) { return frozenImage(s, view, key, directions, step); };
+    // Richardson's combination of two step sizes leaves an error of the fourth order.
+    const Image plus = shifted(h), minus = shifted(-h), plus2 = shifted(2 * h), minus2 = shifted(-2 * h);
+    double difference = 0, norm = 0;
+    std::size_t far = 0, unusable = 0;
+    for (std::size_t i = 0; i < forward.values.size(); ++i) {
+        const double narrow = (double(plus.values[i]) - minus.values[i]) / (2 * h), wide = (double(plus2.values[i]) - minus2.values[i]) / (4 * h);
+        const double expected = (4 * narrow - wide) / 3;
+        // A pixel's own scale: its derivative, and the rounding of its value over the step.
+        const double tolerance = 1e-3 * std::abs(expected) + 4e-6 * (std::abs(plus.values[i]) + 1e-3) / h;
+        // Where the two steps disagree there is no derivative to compare with: a normal that crosses the horizon makes f jump.
+        if (std::abs(narrow - wide) > 0.002 * std::abs(expected) + tolerance) {
+            ++unusable;
+            continue;
+        }
+        const double error = forward.values[i] - expected;
+        difference += error * error;
+        norm += expected * expected;
+        far += std::abs(error) > tolerance;
+    }
+    ASSERT_GT(norm, 0);
+    EXPECT_LT(std::sqrt(difference / norm), 1e-3);
+    EXPECT_LE(far, forward.values.size() / 200) << "pixels off by more than 1e-3";
+    EXPECT_LE(unusable, forward.values.size() / 20) << "pixels without a usable difference";
 }
 
 } // namespace cmpg::test

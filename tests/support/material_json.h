@@ -17,6 +17,19 @@ inline void setConstant(Scene& scene, const Material& m, SlotKind kind, const st
     p.values = values;
 }
 
+// Adds a clear coat to a material that has none.
+inline void addClearCoat(Scene& scene, Material& m, float factor, float roughness) {
+    for (const auto& [kind, value] : {std::pair(SlotKind::Clearcoat, factor), std::pair(SlotKind::ClearcoatRoughness, roughness)}) {
+        m.parameters[std::size_t(kind)] = std::uint32_t(scene.parameters.size());
+        Parameter p;
+        p.name = m.name + "." + slotName(kind);
+        p.kind = kind;
+        p.channels = 1;
+        p.values = {value};
+        scene.parameters.push_back(p);
+    }
+}
+
 // A texture of the base colour stays.
 inline void replaceMaterial(Scene& scene, const std::string& name, const nlohmann::json& json) {
     for (Material& m : scene.materials) {
@@ -24,6 +37,10 @@ inline void replaceMaterial(Scene& scene, const std::string& name, const nlohman
             continue;
         const auto rgb = [&](const char* key) { return glm::vec3(json[key][0], json[key][1], json[key][2]); };
         const std::string model = json["model"];
+        if (model == "clearcoat") {
+            addClearCoat(scene, m, json["clearcoat"], json["clearcoatRoughness"]);
+            return;
+        }
         m.model = model == "conductor"        ? SurfaceModel::Conductor
                   : model == "plastic"        ? SurfaceModel::Plastic
                   : model == "thindielectric" ? SurfaceModel::ThinDielectric

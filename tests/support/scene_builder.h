@@ -12,8 +12,8 @@ struct SceneBuilder {
     std::uint32_t material(const std::string& name, float albedo, float emission) {
         Material m;
         m.name = name;
-        const std::array<glm::vec3, kMaterialSlots> values{glm::vec3(albedo), {1, 1, 1}, {}, {}, glm::vec3(emission), {0, 0, 1}};
-        for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+        const std::array<glm::vec3, kCommonSlots> values{glm::vec3(albedo), {1, 1, 1}, {}, {}, glm::vec3(emission), {0, 0, 1}};
+        for (std::uint32_t k = 0; k < kCommonSlots; ++k) {
             Parameter p;
             p.name = name + "." + slotName(SlotKind(k));
             p.kind = SlotKind(k);

@@ -55,15 +55,15 @@ vec3 boundaryNormal(Surface s, vec3 normal, vec3 faceNormal, vec3 wo) {
 
 // What a smooth boundary carries from the single direction wi to wo, and derivatives.
 vec3 smoothDielectric(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDerivatives) d) {
-    d = noDerivatives();
+    clear(d);
     vec3 n = facing(normal, wo);
     Boundary b = boundaryAt(s, min(dot(n, wo), 1.0), indexBehind(s, normal, wo));
     if (dot(n, wi) > 0.0) {
-        if (kDiffSpecular) d.specular = vec3(b.reflected);
+        if (kDiffSpecular) d.at[kAtSpecular] = vec3(b.reflected);
         return b.reflected * s.specularColor;
     }
     float passed = b.transmitted * radianceScale(s, normal, wo, wi);
-    if (kDiffBaseColor) d.baseColor = vec3(passed);
+    if (kDiffBaseColor) d.at[kAtBaseColor] = vec3(passed);
     return passed * s.baseColor;
 }
 

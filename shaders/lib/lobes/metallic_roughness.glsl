@@ -62,9 +62,9 @@ vec3 metallicRoughnessCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, float
         float lambert = cosI * kInvPi;
         vec3 colour = dielectric * transmitted * s.baseColor;
         value = colour * lambert;
-        if (kDiffBaseColor) d.baseColor = vec3(dielectric * transmitted * lambert);
-        if (kDiffMetallic) d.metallic = -transmitted * lambert * s.baseColor;
-        if (kDiffSpecular) d.specular = -dielectric * maxComponent(fr) * lambert * s.baseColor;
+        if (kDiffBaseColor) d.at[kAtBaseColor] = vec3(dielectric * transmitted * lambert);
+        if (kDiffMetallic) d.at[kAtMetallic] = -transmitted * lambert * s.baseColor;
+        if (kDiffSpecular) d.at[kAtSpecular] = -dielectric * maxComponent(fr) * lambert * s.baseColor;
         if (kDiffNormal) {
             vec3 tangential = (wi - cosI * n) * kInvPi;
             gradientX = colour * tangential.x;
@@ -77,23 +77,25 @@ vec3 metallicRoughnessCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, float
         MicrofacetReflection g = ggxReflection(alphaFromRoughness(s.roughness), n, wo, wi, cosO, cosI, h);
         vec3 reflected = dielectric * s.specular * fr + s.metallic * fresnel(s.baseColor, f);
         value = value + reflected * g.value;
-        if (kDiffBaseColor) d.baseColor = d.baseColor + vec3(s.metallic * f.keep * g.value);
-        if (kDiffRoughness) d.roughness = reflected * (g.alpha * alphaDerivative(s.roughness));
+        if (kDiffBaseColor) d.at[kAtBaseColor] = d.at[kAtBaseColor] + vec3(s.metallic * f.keep * g.value);
+        if (kDiffRoughness) d.at[kAtRoughness] = reflected * (g.alpha * alphaDerivative(s.roughness));
         if (kDiffMetallic) {
             // The difference of the two Fresnel terms, where they meet at grazing angles.
             vec3 difference = (s.baseColor - s.specular * f0) * f.keep + vec3((1.0 - s.specular) * f.grazing);
-            d.metallic = d.metallic + difference * g.value;
+            d.at[kAtMetallic] = d.at[kAtMetallic] + difference * g.value;
         }
-        if (kDiffSpecular) d.specular = d.specular + dielectric * fr * g.value;
+        if (kDiffSpecular) d.at[kAtSpecular] = d.at[kAtSpecular] + dielectric * fr * g.value;
         if (kDiffNormal) {
             gradientX = gradientX + reflected * g.normal.x;
             gradientY = gradientY + reflected * g.normal.y;
             gradientZ = gradientZ + reflected * g.normal.z;
         }
     }
-    d.normalX = gradientX;
-    d.normalY = gradientY;
-    d.normalZ = gradientZ;
+    if (kDiffNormal) {
+        d.at[kAtNormal] = gradientX;
+        d.at[kAtNormal + 1u] = gradientY;
+        d.at[kAtNormal + 2u] = gradientZ;
+    }
     return value;
 }
 

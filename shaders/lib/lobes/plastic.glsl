@@ -72,16 +72,14 @@ vec3 plasticBaseCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, float cosI,
     float scale = kInvPi / (s.ior * s.ior);
     float passed = o.value * i.value * cosI * scale;
     vec3 colour = s.baseColor * series;
-    if (kDiffBaseColor) d.baseColor = d.baseColor + passed * series * (nonlinear ? series : vec3(1.0));
+    if (kDiffBaseColor) d.at[kAtBaseColor] = d.at[kAtBaseColor] + passed * series * (nonlinear ? series : vec3(1.0));
     if (kDiffRoughness) {
         float change = (o.alpha * i.value + o.value * i.alpha) * cosI * scale;
-        d.roughness = d.roughness + colour * (vec3(change) + passed * r.alpha * darkened * series) * surfaceAlphaDerivative(s);
+        d.at[kAtRoughness] = d.at[kAtRoughness] + colour * (vec3(change) + passed * r.alpha * darkened * series) * surfaceAlphaDerivative(s);
     }
     if (kDiffNormal) {
         vec3 gradient = (wo - cosO * n) * (o.cosine * i.value * cosI * scale) + (wi - cosI * n) * (o.value * (i.cosine * cosI + i.value) * scale);
-        d.normalX = d.normalX + colour * gradient.x;
-        d.normalY = d.normalY + colour * gradient.y;
-        d.normalZ = d.normalZ + colour * gradient.z;
+        addNormalDerivative(d, colour, gradient);
     }
     return colour * passed;
 }

@@ -20,8 +20,8 @@ vec3 boundaryReflected(Surface s, float c, OUT(vec3) fresnelTerm) {
 
 // The derivative by the colour that the boundary has.
 void addBoundaryDerivative(Surface s, vec3 byColour, INOUT(BsdfDerivatives) d) {
-    if (kDiffBaseColor && IS_CONDUCTOR(s)) d.baseColor = d.baseColor + byColour;
-    if (kDiffSpecular && IS_PLASTIC(s)) d.specular = d.specular + byColour;
+    if (kDiffBaseColor && IS_CONDUCTOR(s)) d.at[kAtBaseColor] = d.at[kAtBaseColor] + byColour;
+    if (kDiffSpecular && IS_PLASTIC(s)) d.at[kAtSpecular] = d.at[kAtSpecular] + byColour;
 }
 
 // f |cos| of the microfacets, added to `value`, and derivatives, added to d; those by the normal as gradients over unit normals n.
@@ -36,12 +36,8 @@ vec3 microfacetReflectionCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, fl
     vec3 term;
     vec3 reflected = boundaryReflected(s, min(0.5 * length(wo + wi), 1.0), term);
     addBoundaryDerivative(s, term * g.value, d);
-    if (kDiffRoughness) d.roughness = d.roughness + reflected * (g.alpha * surfaceAlphaDerivative(s));
-    if (kDiffNormal) {
-        d.normalX = d.normalX + reflected * g.normal.x;
-        d.normalY = d.normalY + reflected * g.normal.y;
-        d.normalZ = d.normalZ + reflected * g.normal.z;
-    }
+    if (kDiffRoughness) d.at[kAtRoughness] = d.at[kAtRoughness] + reflected * (g.alpha * surfaceAlphaDerivative(s));
+    if (kDiffNormal) addNormalDerivative(d, reflected, g.normal);
     return reflected * g.value;
 }
 

@@ -56,9 +56,9 @@ vec3 roughDielectricCos(Surface s, vec3 normal, vec3 wo, vec3 wi, INOUT(BsdfDeri
     bool reflects = cosI > 0.0;
     float term = (reflects ? b.reflected : b.transmitted) * f.jacobian;
     vec3 colour = reflects ? s.specularColor : s.baseColor;
-    if (kDiffSpecular && reflects) d.specular = vec3(term * g.value);
-    if (kDiffBaseColor && !reflects) d.baseColor = vec3(term * g.value);
-    if (kDiffRoughness) d.roughness = colour * (term * g.alpha * surfaceAlphaDerivative(s));
+    if (kDiffSpecular && reflects) d.at[kAtSpecular] = vec3(term * g.value);
+    if (kDiffBaseColor && !reflects) d.at[kAtBaseColor] = vec3(term * g.value);
+    if (kDiffRoughness) d.at[kAtRoughness] = colour * (term * g.alpha * surfaceAlphaDerivative(s));
     return colour * (term * g.value);
 }
 

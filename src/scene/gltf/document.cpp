@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "scene/contained_path.h"
 #include "scene/gltf/fence.h"
+#include "scene/gltf/lobe_slots.h"
 
 #include <algorithm>
 #include <cstring>
@@ -84,7 +85,8 @@ Bytes decodeBase64(const JsonView& uri, std::string text) {
 bool isDataUri(const std::string& uri) { return uri.rfind("data:", 0) == 0; }
 
 bool supportsExtension(const std::string& name) {
-    return std::find(std::begin(kKnownExtensions), std::end(kKnownExtensions), name) != std::end(kKnownExtensions);
+    return std::find(std::begin(kKnownExtensions), std::end(kKnownExtensions), name) != std::end(kKnownExtensions) ||
+           std::any_of(kGltfLobeSlots.begin(), kGltfLobeSlots.end(), [&](const GltfLobeSlot& slot) { return name == slot.extension; });
 }
 
 GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {

@@ -53,6 +53,11 @@ void exportEnvironment(Json& root, const Scene& scene, ExportFolder& folder) {
     if (scene.environment->replaced) json["rotation"] = scene.environment->rotation;
 }
 
+std::uint32_t materialOf(const Scene& scene, std::uint32_t parameter) {
+    const auto has = [&](const Material& m) { return std::find(m.parameters.begin(), m.parameters.end(), parameter) != m.parameters.end(); };
+    return std::uint32_t(std::find_if(scene.materials.begin(), scene.materials.end(), has) - scene.materials.begin());
+}
+
 } // namespace
 
 std::string uriOf(const std::string& relative) { return percentEncode(relative, "-._~/"); }
@@ -76,7 +81,7 @@ void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, co
         if (scene.environment && index == scene.environment->parameter)
             environmentChanged = true;
         else
-            slots[index / kMaterialSlots].insert(p.kind);
+            slots[materialOf(scene, index)].insert(p.kind);
     }
     if (!slots.empty() && slots.rbegin()->first == source.root()["materials"].size())
         addDefaultMaterial(root, scene.materials.back().name);

@@ -1,6 +1,7 @@
 // Puts parameter values back into a glTF material: 8-bit textures whose factors are 1, or factors alone.
 #include "base/error.h"
 #include "scene/gltf/export.h"
+#include "scene/gltf/lobe_slots.h"
 #include "scene/image_decode.h"
 
 #include <algorithm>
@@ -23,6 +24,7 @@ class MaterialExporter {
     void specular();
     void emission();
     void normal();
+    void lobe(const GltfLobeSlot& slot);
 
   private:
     Parameter values(SlotKind kind) const {
@@ -159,6 +161,18 @@ void MaterialExporter::normal() {
     json_["normalTexture"].erase("scale");
 }
 
+// The image has the value in all channels, so whichever the slot is read from.
+void MaterialExporter::lobe(const GltfLobeSlot& slot) {
+    const Parameter p = values(slot.kind);
+    Json& json = extension(slot.extension);
+    json[slot.factor] = p.textured ? 1.0f : p.values[0];
+    if (!p.textured)
+        return;
+    Bytes pixels;
+    for (const float v : p.values) pixels.insert(pixels.end(), 3, code(v));
+    setTexture(json, slot.texture, p.name, p, pixels, 3);
+}
+
 } // namespace
 
 void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
@@ -169,6 +183,8 @@ void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, 
     if (changed.contains(SlotKind::Specular)) exporter.specular();
     if (changed.contains(SlotKind::Emission)) exporter.emission();
     if (changed.contains(SlotKind::Normal)) exporter.normal();
+    for (const GltfLobeSlot& slot : kGltfLobeSlots)
+        if (changed.contains(slot.kind)) exporter.lobe(slot);
 }
 
 } // namespace cmpg

@@ -2,6 +2,7 @@
 #include "scene/gltf/fence.h"
 
 #include "scene/file_io.h"
+#include "scene/gltf/lobe_slots.h"
 
 #include <cmath>
 #include <glm/gtc/constants.hpp>
@@ -85,6 +86,10 @@ void checkMaterial(const JsonView& material, const JsonView& root) {
     specular["specularFactor"].number(0, 1);
     specular["specularColorFactor"].numbers(3);
     for (const char* key : {"specularTexture", "specularColorTexture"}) checkTexture(specular[key], root);
+    for (const GltfLobeSlot& slot : kGltfLobeSlots) {
+        extensions[slot.extension][slot.factor].number(0, 1);
+        checkTexture(extensions[slot.extension][slot.texture], root);
+    }
     extensions["KHR_materials_ior"]["ior"].number(0);
     extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(0);
 }

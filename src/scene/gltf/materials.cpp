@@ -1,4 +1,5 @@
 // Materials of a glTF scene: every slot of every material becomes a parameter.
+#include "scene/gltf/lobe_slots.h"
 #include "scene/gltf/textures.h"
 
 #include <algorithm>
@@ -16,6 +17,7 @@ class MaterialLoader {
   private:
     void fill(Parameter& parameter, const TextureInfo& info, const SlotTexels& texels);
     SurfaceModel modelOf(const tinygltf::Material& source, const std::string& name);
+    void addLobes(const tinygltf::Material& source, Material& material);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -45,6 +47,20 @@ SurfaceModel MaterialLoader::modelOf(const tinygltf::Material& source, const std
     if (member(volume, "attenuationDistance").IsNumber()) load_.ignored.insert("attenuation in the volume of " + name);
     if (volume.Has("thicknessTexture")) load_.ignored.insert("thicknessTexture of " + name);
     return real(member(volume, "thicknessFactor"), 0) > 0 ? SurfaceModel::Dielectric : SurfaceModel::ThinDielectric;
+}
+
+void MaterialLoader::addLobes(const tinygltf::Material& source, Material& material) {
+    for (const GltfLobeSlot& slot : kGltfLobeSlots) {
+        const tinygltf::Value& lobe = extension(source.extensions, slot.extension);
+        if (!lobe.IsObject())
+            continue;
+        if (material.model != SurfaceModel::MetallicRoughness) {
+            load_.ignored.insert(std::string(slot.extension) + " of " + material.name + ", which is glass");
+            continue;
+        }
+        const float factor = real(member(lobe, slot.factor), slot.standard);
+        fill(load_.addSlot(material, slot.kind, 1, glm::vec3(factor)), member(lobe, slot.texture), {.channels = {slot.channel}, .scale = glm::vec3(factor)});
+    }
 }
 
 void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {
@@ -86,6 +102,14 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     Parameter& normals = load_.addSlot(material, SlotKind::Normal, 3, glm::vec3(0, 0, 1));
     fill(normals, source.normalTexture, {.scale = {2 * s, 2 * s, 2}, .bias = {-s, -s, -1}});
     material.hasNormalMap = normals.textured;
+    addLobes(source, material);
+    if (material.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter) {
+        const tinygltf::Value& coat = extension(source.extensions, "KHR_materials_clearcoat");
+        if (coat.Has("clearcoatNormalTexture") || material.hasNormalMap)
+            load_.warn(material.name + ": its clear coat has the normals of what is below it");
+        if (glm::compMax(emission) > 0)
+            load_.warn(material.name + ": its emission shines through the clear coat as if there were none");
+    }
 
     material.ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);
     if (material.ior > 0 && material.ior < 1) { // 0 is the extension's way to say: reflects everything

@@ -1,0 +1,19 @@
+// Where the derivatives by each slot stand in BsdfDerivatives and on the tape: those that are kept lie side by side, the normal's three at the end.
+// The includer defines uint kKeptSlots: a bit for each scattering slot whose derivatives are kept.
+#ifndef CMPG_LIB_DERIVATIVE_PLACES
+#define CMPG_LIB_DERIVATIVE_PLACES
+#include "shared/material.h"
+
+// Bits that are set among the lowest eight, in operations that specialization constants know.
+#define CMPG_BITS_OF_2(m) ((m) - ((m) >> 1 & 0x55u))
+#define CMPG_BITS_OF_4(m) ((CMPG_BITS_OF_2(m) & 0x33u) + (CMPG_BITS_OF_2(m) >> 2 & 0x33u))
+#define CMPG_BITS_OF_8(m) ((CMPG_BITS_OF_4(m) + (CMPG_BITS_OF_4(m) >> 4)) & 0xfu)
+
+const uint kKeptSurfaceSlots = kKeptSlots & ~(1u << kSlotNormal) & 0xffu;
+#define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) const uint kAt##Name = CMPG_BITS_OF_8(kKeptSurfaceSlots & ((1u << number) - 1u));
+#include "shared/slots.def"
+const uint kAtNormal = CMPG_BITS_OF_8(kKeptSurfaceSlots);
+const uint kDerivativeCount = kAtNormal + 3u * (kKeptSlots >> kSlotNormal & 1u);
+const uint kDerivativePlaces = kDerivativeCount > 0u ? kDerivativeCount : 1u; // no array is empty
+
+#endif
