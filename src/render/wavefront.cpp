@@ -269,8 +269,11 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
                 continue;
             }
             scan(Step::ScanUndifferentiated, gpu::kClassEscaped, classGroups(b, gpu::kClassEscaped));
-            for (const auto& [surfaces, features] : features_.classes)
+            for (const auto& [surfaces, features] : features_.classes) {
+                if (b + 1 == depth)
+                    commands.barrier(); // stands for the next bounce too, though nothing there is read
                 scan(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, std::uint32_t(surfaces), classGroups(b, std::uint32_t(surfaces)));
+            }
         }
         commands.barrier();
     }

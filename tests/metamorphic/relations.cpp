@@ -117,7 +117,7 @@ Terms materialOrder(const Scene& scene, Random& r) {
     }
     for (Material& m : t.scene.materials)
         for (std::uint32_t& p : m.parameters)
-            p = parameters[p];
+            p = p == kNoParameter ? p : parameters[p];
     for (Triangle& triangle : t.scene.geometry.triangles)
         triangle.material = materials[triangle.material];
     if (t.scene.environment)
@@ -186,6 +186,8 @@ Terms duplicatedMaterial(const Scene& scene, Random& r) {
     const std::uint32_t at = below(r, scene.materials.size());
     Material copy = scene.materials[at];
     for (std::uint32_t& p : copy.parameters) {
+        if (p == kNoParameter)
+            continue;
         t.scene.parameters.push_back(scene.parameters[p]);
         t.sources.push_back({p});
         p = std::uint32_t(t.scene.parameters.size() - 1);
