@@ -2,6 +2,7 @@
 #include "imaging/guide_maps.h"
 
 #include "imaging/display_image.h"
+#include "imaging/number_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +12,6 @@ namespace {
 
 constexpr int kEdge = 256, kMargin = 12, kAxis = 14, kTitle = 34, kCaption = 16, kLegend = 30;
 constexpr double kDecades = 4; // between the brightest colour and the darkest; what is less is as dark
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
 
 void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Image& map) {
     canvas.text(x, y, caption);
@@ -43,7 +38,7 @@ void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Ima
     }
     for (int i = 0; i < kEdge; ++i)
         canvas.rectangle(x + i, y, 1, 10, heatColor((i + 0.5) / kEdge));
-    const std::string least = number(high * std::pow(10.0, -kDecades)), most = number(high);
+    const std::string least = threeDigits(high * std::pow(10.0, -kDecades)), most = threeDigits(high);
     canvas.text(x, y + 14, least);
     canvas.text(x + (kEdge - Canvas::textWidth("log, black: 0")) / 2, y + 14, "log, black: 0", ink);
     canvas.text(x + kEdge - Canvas::textWidth(most), y + 14, most);
@@ -79,17 +74,17 @@ Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, in
 Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
     constexpr int kStride = kAxis + kEdge + kMargin;
     Canvas canvas(kMargin + 4 * kStride, kTitle + kCaption + kEdge + kAxis + kLegend + kMargin);
-    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + number(cell.weight()) + " records: density over that of uniform directions",
+    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + threeDigits(cell.weight()) + " records: density over that of uniform directions",
                 kBlack, 2);
     const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
     struct Panel {
         std::string caption;
         std::array<double, 3> weights;
     };
-    const Panel panels[] = {{"P, mean " + number(mean.primal), {1, 0, 0}},
-                            {"D+, mean " + number(mean.plus), {0, 1, 0}},
-                            {"D-, mean " + number(mean.minus), {0, 0, 1}},
-                            {number(wL) + " P + " + number(wD) + " D", {wL, wD, wD}}};
+    const Panel panels[] = {{"P, mean " + threeDigits(mean.primal), {1, 0, 0}},
+                            {"D+, mean " + threeDigits(mean.plus), {0, 1, 0}},
+                            {"D-, mean " + threeDigits(mean.minus), {0, 0, 1}},
+                            {threeDigits(wL) + " P + " + threeDigits(wD) + " D", {wL, wD, wD}}};
     int x = kMargin + kAxis;
     for (const Panel& panel : panels) {
         drawMap(canvas, x, kTitle, panel.caption, densityMap(cell, panel.weights, kEdge));

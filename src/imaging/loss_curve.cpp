@@ -2,6 +2,7 @@
 #include "imaging/loss_curve.h"
 
 #include "imaging/drawing.h"
+#include "imaging/number_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +12,6 @@ namespace cmpg {
 namespace {
 
 constexpr double kLetters = 11;
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
 
 // 1, 2 or 5 times a power of ten: about a quarter of the span.
 double tickDistance(double span) {
@@ -119,12 +114,12 @@ void draw(Drawing& drawing, double left, double right, double top, double bottom
     endBand();
     for (const double tick : axes.ticks) {
         drawing.line(left, height(axes.up(tick)), right, height(axes.up(tick)), grid);
-        drawing.text(left - 4, height(axes.up(tick)) + 4, number(tick), Anchor::End, ink, kLetters);
+        drawing.text(left - 4, height(axes.up(tick)) + 4, threeDigits(tick), Anchor::End, ink, kLetters);
     }
     drawing.line(left, top, left, bottom, ink);
     drawing.line(left, bottom, right, bottom, ink);
     drawing.text(left, bottom + 14, "0", Anchor::Start, ink, kLetters);
-    drawing.text(right, bottom + 14, number(axes.steps), Anchor::End, ink, kLetters);
+    drawing.text(right, bottom + 14, threeDigits(axes.steps), Anchor::End, ink, kLetters);
     drawing.text((left + right) / 2, bottom + 14, "step", Anchor::Middle, ink, kLetters);
     std::vector<Drawing::Point> run; // broken where a value is missing
     const auto end = [&] {

@@ -60,7 +60,7 @@ void readTruth(CompareSubject& subject) {
 }
 
 ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode mode, std::optional<Reference> given, Report& report,
-                            const Progress& progress) {
+                            const ProgressText& progress) {
     std::vector<std::unique_ptr<MethodRenderer>> renderers;
     std::vector<Contestant> contestants;
     std::vector<MethodFacts> facts;
@@ -94,7 +94,7 @@ ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode
     return part;
 }
 
-ComparePart compareOptimisation(Device& device, const CompareSubject& subject, Report& report, const Progress& progress) {
+ComparePart compareOptimisation(Device& device, const CompareSubject& subject, Report& report, const ProgressText& progress) {
     OptimizeConfig config = optimizeConfig(subject.options);
     constexpr std::uint32_t kGradientSpp = 4; // as the optimize command's
     config.sppGradient = subject.options.sppGradient.value_or(kGradientSpp);
@@ -145,7 +145,7 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
 
 } // namespace
 
-void compare(const Options& options, Report& report, const Progress& progress) {
+void compare(const Options& options, Report& report, const ProgressText& progress) {
     CompareSubject subject(options);
     std::optional<Reference> given;
     if (options.reference != "auto" && subject.modes.front() == CompareMode::Optimize)

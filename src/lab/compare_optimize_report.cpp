@@ -10,8 +10,6 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kMostPictured = 4, kFewestTexels = 4;
-
 Image valuesImage(const Parameter& parameter, const std::vector<float>& values) {
     const std::vector<double> wide(values.begin(), values.end());
     return parameterImage(parameter, wide);

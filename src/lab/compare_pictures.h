@@ -9,6 +9,9 @@
 
 namespace cmpg {
 
+constexpr std::size_t kMostPictured = 4; // parameters; all are in the files
+constexpr std::size_t kFewestTexels = 4; // a picture of less shows nothing
+
 struct CaptionedImage {
     Image image;
     std::string caption; // HTML

@@ -11,9 +11,6 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kMostPictured = 4; // parameters; all are in the files
-constexpr std::size_t kFewestTexels = 4; // a picture of less shows nothing
-
 std::string percent(double fraction) {
     char text[32];
     std::snprintf(text, sizeof text, "%+.2g&nbsp;%%", 100 * fraction);

@@ -1,6 +1,8 @@
 // Errors over time, both axes logarithmic.
 #include "lab/error_plot.h"
 
+#include "imaging/number_text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,12 +11,6 @@ namespace cmpg {
 namespace {
 
 constexpr double kWidth = 760, kHeight = 420, kLeft = 74, kRight = 560, kTop = 40, kBottom = 366;
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
 
 } // namespace
 
@@ -28,11 +24,11 @@ void drawLogAxes(Drawing& drawing, const LogAxis& across, const LogAxis& up, con
     const char *const grid = "#e2e2e2", *const frame = "#444444";
     for (const double tick : ticksOf(up)) {
         drawing.line(across.from, up.place(tick), across.to, up.place(tick), grid);
-        drawing.text(across.from - 6, up.place(tick) + 4, number(tick), Anchor::End);
+        drawing.text(across.from - 6, up.place(tick) + 4, threeDigits(tick), Anchor::End);
     }
     for (const double tick : ticksOf(across)) {
         drawing.line(across.place(tick), up.to, across.place(tick), up.from, grid);
-        drawing.text(across.place(tick), up.from + 17, number(tick), Anchor::Middle);
+        drawing.text(across.place(tick), up.from + 17, threeDigits(tick), Anchor::Middle);
     }
     drawing.box(across.from, up.to, across.to, up.from, frame);
     drawing.text((across.from + across.to) / 2, up.from + 38, below, Anchor::Middle);

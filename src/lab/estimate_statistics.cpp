@@ -42,11 +42,11 @@ template <class F> double offDiagonalMean(std::size_t n, F&& f) {
     return sum / (double(n) * double(n - 1));
 }
 
-struct Moments {
+struct SampleMoments {
     double mean = 0, meanVariance = 0, degrees = 0; // meanVariance: of the mean
 };
-Moments momentsOf(const std::vector<double>& values) {
-    Moments m;
+SampleMoments momentsOf(const std::vector<double>& values) {
+    SampleMoments m;
     const double n = double(values.size());
     for (const double v : values)
         m.mean += v / n;
@@ -70,10 +70,10 @@ void addAlong(Bias& bias, const EstimateStatistics& statistics, const Reference&
     for (std::size_t i = 0; i < reference.values.size(); ++i)
         inner += (statistics.mean()[i] - reference.values[i]) * reference.values[i];
     bias.along = inner / reference.squaredNorm();
-    const Moments a = momentsOf(projections(statistics.batches(), reference));
+    const SampleMoments a = momentsOf(projections(statistics.batches(), reference));
     double variance = a.meanVariance, perDegree = a.meanVariance * a.meanVariance / a.degrees;
     if (reference.batches.size() >= kFewest) {
-        const Moments b = momentsOf(projections(reference.batches, reference));
+        const SampleMoments b = momentsOf(projections(reference.batches, reference));
         variance += b.meanVariance;
         perDegree += b.meanVariance * b.meanVariance / b.degrees;
     }

@@ -84,7 +84,7 @@ void write(const CompareSubject& subject, const TradeoffReport& found, const fs:
 
 } // namespace
 
-std::string tradeoff(const Options& options, Report& report, const Progress& progress) {
+std::string tradeoff(const Options& options, Report& report, const ProgressText& progress) {
     constexpr float kHalfAnHour = 1800;
     const double allowed = double(options.time.value_or(kHalfAnHour));
     const Options base = tradeoffOptions(options);

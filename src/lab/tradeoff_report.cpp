@@ -2,6 +2,7 @@
 #include "lab/tradeoff_report.h"
 
 #include "imaging/html.h"
+#include "imaging/number_text.h"
 #include "lab/compare_pictures.h"
 #include "lab/compare_report.h"
 #include "lab/error_plot.h"
@@ -20,11 +21,7 @@ std::string percent(double fraction, const char* format = "%.3g %%") {
     return std::isfinite(fraction) ? text : "-";
 }
 
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return std::isfinite(value) ? text : "-";
-}
+std::string number(double value) { return std::isfinite(value) ? threeDigits(value) : "-"; }
 
 // "1.32 x (1.20 to 1.45)": with the interval of two standard errors of the logarithm.
 std::string factor(const Uncertain& gain) {

@@ -44,7 +44,7 @@ std::string geometryOf(const Scene& scene) {
     return Digest().add(g.positions).add(g.normals).add(g.uv0).add(g.uv1).add(g.tangents).add(g.colors).add(g.triangles).text();
 }
 
-std::string valuesOf(const Parameter& p) {
+std::string digestOf(const Parameter& p) {
     Digest d;
     d.add(p.width).add(p.height).add(p.channels).add(p.wrapU).add(p.wrapV).add(p.nearest).add(p.texcoord).add(p.uvTransform);
     return d.add(p.values).add(p.bytes).add(p.srgb).add(p.scale).add(p.bias).text();
@@ -63,7 +63,7 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
     Digest others;
     for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)
         if (std::find(parameters.begin(), parameters.end(), p) == parameters.end())
-            for (const char c : valuesOf(scene.parameters[p]))
+            for (const char c : digestOf(scene.parameters[p]))
                 others.add(c);
     return text + others.text();
 }
@@ -100,7 +100,7 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
     identity.emplace_back("the scene's materials", materialsOf(scene, parameters));
     identity.emplace_back("the scene's lights", lightsOf(scene));
     for (const std::uint32_t p : parameters)
-        identity.emplace_back("the start of " + scene.parameters[p].name, valuesOf(scene.parameters[p]));
+        identity.emplace_back("the start of " + scene.parameters[p].name, digestOf(scene.parameters[p]));
     for (std::size_t v = 0; v < views.size(); ++v) {
         std::string number;
         if (views.size() > 1)

@@ -94,14 +94,14 @@ std::vector<double> summarise(const Image& image) {
     return sums;
 }
 
-struct Moments {
+struct SampleMoments {
     std::vector<double> mean, varianceOfMean;
 };
 
-Moments momentsOf(const std::vector<std::vector<double>>& samples) {
+SampleMoments momentsOf(const std::vector<std::vector<double>>& samples) {
     const std::size_t n = samples.front().size();
     const double count = double(samples.size());
-    Moments m{std::vector<double>(n), std::vector<double>(n)};
+    SampleMoments m{std::vector<double>(n), std::vector<double>(n)};
     for (std::size_t i = 0; i < n; ++i) {
         for (const auto& s : samples)
             m.mean[i] += s[i] / count;
@@ -160,7 +160,7 @@ CheckResult checkGradient(const CheckSubject& s) {
             }
         finite.push_back(std::move(difference));
     }
-    const Moments a = momentsOf(forward), b = momentsOf(finite);
+    const SampleMoments a = momentsOf(forward), b = momentsOf(finite);
     brightness.resize(a.mean.size());
     for (std::size_t i = 0; i < a.mean.size(); ++i) {
         Comparison c;

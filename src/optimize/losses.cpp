@@ -9,7 +9,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 14; // pixels
+constexpr std::size_t kPixelsAtOnce = 1 << 14;
 
 double sign(double x) { return double(x > 0) - double(x < 0); }
 
@@ -88,7 +88,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
                     "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
 
     const auto weight = [&](std::size_t p) { return mask.empty() ? 1.0 : double(mask[p]); };
-    const double total = orderedSum<double>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
+    const double total = orderedSum<double>(image.pixels(), kPixelsAtOnce, [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t p = begin; p < end; ++p)
             sum += weight(p);
@@ -100,7 +100,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
     const std::size_t channels = std::size_t(image.channels);
     const double norm = 1 / (total * double(channels));
     LossResult result{0, 0, 1 / norm, Image(image.width, image.height, image.channels), 0};
-    const Totals totals = orderedSum<Totals>(image.pixels(), kChunk, [&](std::size_t begin, std::size_t end) {
+    const Totals totals = orderedSum<Totals>(image.pixels(), kPixelsAtOnce, [&](std::size_t begin, std::size_t end) {
         Totals sum;
         for (std::size_t p = begin; p < end; ++p) {
             const float* a = image.values.data() + p * channels;

@@ -11,7 +11,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 15; // texels
+constexpr std::size_t kTexelsAtOnce = 1 << 15;
 
 // First moments below this are set to 0: denormal floats are a hundred times slower, and entries that stop receiving gradients decay
 // through them.
@@ -61,7 +61,7 @@ std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments&
     float* values = parameter.values.data();
     float* first = moments.first.data();
     float* second = moments.second.empty() ? moments.first.data() : moments.second.data(); // SGD reads it, to no effect
-    return orderedSum<std::uint64_t>(parameter.entries() / channels, kChunk, [&](std::size_t begin, std::size_t end) {
+    return orderedSum<std::uint64_t>(parameter.entries() / channels, kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
         std::uint64_t skipped = 0;
         for (std::size_t i = begin * channels; i < end * channels; ++i) {
             const float g = float(gradient[i]);
@@ -130,7 +130,7 @@ Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter
     if (config.kind == OptimizerKind::Auto || config.kind == OptimizerKind::GaussNewton)
         moments.third.assign(parameter.entries(), 0.f);
     if (std::isinf(parameter.highest())) {
-        const double sum = orderedSum<double>(parameter.entries(), kChunk, [&](std::size_t begin, std::size_t end) {
+        const double sum = orderedSum<double>(parameter.entries(), kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
             double part = 0;
             for (std::size_t i = begin; i < end; ++i)
                 part += parameter.values[i];

@@ -6,16 +6,13 @@
 #include "scene/file_io.h"
 #include "scene/scene_file.h"
 #include "session/optimize_options.h"
+#include "session/refuse.h"
 
 #include <cstdio>
 #include <filesystem>
 
 namespace cmpg {
 namespace {
-
-[[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {
-    throw Error(ErrorKind::Usage, what, "", remedy);
-}
 
 void requirePositive(const std::optional<std::uint32_t>& value, const char* name, std::uint32_t highest) {
     if (value && (*value == 0 || *value > highest))

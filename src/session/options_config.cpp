@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "scene/file_io.h"
 #include "session/option_table.h"
+#include "session/refuse.h"
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -11,10 +12,6 @@
 
 namespace cmpg {
 namespace {
-
-[[noreturn]] void refuse(const std::string& what, const std::string& remedy = "") {
-    throw Error(ErrorKind::Usage, what, "", remedy);
-}
 
 template <class T> struct IsOptional : std::false_type {};
 template <class T> struct IsOptional<std::optional<T>> : std::true_type { using Value = T; };

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint32_t kFirst = 3;    // steps whose noise is told
 constexpr std::uint32_t kWatch = 8;    // steps between two later ones
-constexpr double kNewWeight = 0.3;     // of the latest step in the noise
+constexpr double kNoiseWeight = 0.3;   // of the latest step in the noise
 constexpr double kPrecise = 0.25;      // noise below which nothing is tried
 constexpr double kUrgent = 1;          // noise of the first steps above which everything is
 constexpr double kTrialShare = 0.1;    // of all rays, for trials in between
@@ -23,7 +23,7 @@ void Exploration::observeNoise(double noise) {
         return;
     ++state_.watched;
     // The mean of the first ones.
-    state_.noise += std::max(kNewWeight, 1.0 / state_.watched) * (noise - state_.noise);
+    state_.noise += std::max(kNoiseWeight, 1.0 / state_.watched) * (noise - state_.noise);
     if (state_.watched <= kFirst && state_.noise > kUrgent)
         state_.urgent = true;
 }

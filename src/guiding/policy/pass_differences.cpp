@@ -6,7 +6,7 @@
 namespace cmpg {
 namespace {
 
-constexpr double kNewWeight = 0.5; // of the latest pair
+constexpr double kPairWeight = 0.5; // of the latest pair
 // Entries that share the squared difference, (sum d^2)^2 / sum d^4. For normal differences the sum's relative standard error is the root
 // of 2 over it.
 constexpr double kLeastParticipation = 18;
@@ -24,7 +24,7 @@ void PassDifferences::add(std::span<const double> result) {
         if (squares * squares < kLeastParticipation * fourths)
             variance_.reset();
         else
-            variance_ = variance_ ? *variance_ + kNewWeight * (squares / 2 - *variance_) : squares / 2;
+            variance_ = variance_ ? *variance_ + kPairWeight * (squares / 2 - *variance_) : squares / 2;
     }
     last_.assign(result.begin(), result.end());
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in rays of an unguided one, on a CPU
 constexpr double kRouletteRay = 1.2;        // the same of a path that is ended and split, guided or not (docs/history.md)
-constexpr double kNewWeight = 0.4;          // of the latest pass in the figures
+constexpr double kPassWeight = 0.4;         // of the latest pass in the figures
 constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
 constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one that counts
 constexpr std::uint32_t kReconsider = 32;   // passes between two later trials
@@ -23,7 +23,7 @@ constexpr double kCanWin = 1.5;             // nor at all, where others let expe
 } // namespace
 
 void SamplingFigures::add(double moment, double raysPerPath) {
-    const double weight = passes == 0 ? 1 : kNewWeight;
+    const double weight = passes == 0 ? 1 : kPassWeight;
     variance += weight * (moment - variance);
     rays += weight * (raysPerPath - rays);
     ++passes;
@@ -178,7 +178,7 @@ void SamplingChoice::observeMean(const SamplingMethod& method, double mean, std:
     const std::size_t i = indexOf(method);
     if (i == methods_.size() || !(mean > 0) || !std::isfinite(mean))
         return;
-    means_[i] += (means_[i] > 0 ? kNewWeight : 1) * (mean - means_[i]);
+    means_[i] += (means_[i] > 0 ? kPassWeight : 1) * (mean - means_[i]);
     meanSpp_ = spp;
 }
 
