@@ -6,7 +6,7 @@ pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 # What presents is compiled by itself for the precompiled header of Vulkan, as src/vk is.
 file(GLOB CMPG_PRESENT_SOURCES CONFIGURE_DEPENDS src/viewer/present/*.cpp)
 add_library(cmpg_present OBJECT ${CMPG_PRESENT_SOURCES})
-target_precompile_headers(cmpg_present PRIVATE src/vk/vulkan.h)
+target_precompile_headers(cmpg_present REUSE_FROM cmpg_vk)
 target_link_libraries(cmpg_present PRIVATE cmpg_flags Vulkan::Vulkan glfw PkgConfig::IMGUI)
 cmpg_embed_graphics_shaders(cmpg_present ${PROJECT_SOURCE_DIR}/shaders/viewer)
 
@@ -14,6 +14,7 @@ cmpg_embed_graphics_shaders(cmpg_present ${PROJECT_SOURCE_DIR}/shaders/viewer)
 file(GLOB CMPG_VIEWER_SOURCES CONFIGURE_DEPENDS src/viewer/*.cpp)
 list(REMOVE_ITEM CMPG_VIEWER_SOURCES ${PROJECT_SOURCE_DIR}/src/viewer/viewer_main.cpp)
 add_library(cmpg_viewer STATIC ${CMPG_VIEWER_SOURCES} $<TARGET_OBJECTS:cmpg_present>)
+set_target_properties(cmpg_viewer PROPERTIES UNITY_BUILD ${CMPG_UNITY})
 target_link_libraries(cmpg_viewer PUBLIC cmpg_app glfw PkgConfig::IMGUI Vulkan::Vulkan)
 
 add_library(cmpg-viewer MODULE src/viewer/viewer_main.cpp)

@@ -10,12 +10,12 @@
 namespace cmpg {
 namespace {
 
-constexpr int kEdge = 256, kMargin = 12, kAxis = 14, kTitle = 34, kCaption = 16, kLegend = 30;
+constexpr int kEdge = 256, kMapMargin = 12, kAxis = 14, kMapTitle = 34, kMapCaption = 16, kLegend = 30;
 constexpr double kDecades = 4; // between the brightest colour and the darkest; what is less is as dark
 
 void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Image& map) {
     canvas.text(x, y, caption);
-    y += kCaption;
+    y += kMapCaption;
     const double high = double(*std::max_element(map.values.begin(), map.values.end()));
     for (int j = 0; j < kEdge; ++j)
         for (int i = 0; i < kEdge; ++i) {
@@ -72,9 +72,10 @@ Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, in
 }
 
 Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
-    constexpr int kStride = kAxis + kEdge + kMargin;
-    Canvas canvas(kMargin + 4 * kStride, kTitle + kCaption + kEdge + kAxis + kLegend + kMargin);
-    canvas.text(kMargin, kMargin / 2, "cell " + std::to_string(cellNumber) + ", " + threeDigits(cell.weight()) + " records: density over that of uniform directions",
+    constexpr int kStride = kAxis + kEdge + kMapMargin;
+    Canvas canvas(kMapMargin + 4 * kStride, kMapTitle + kMapCaption + kEdge + kAxis + kLegend + kMapMargin);
+    canvas.text(kMapMargin, kMapMargin / 2,
+                "cell " + std::to_string(cellNumber) + ", " + threeDigits(cell.weight()) + " records: density over that of uniform directions",
                 kBlack, 2);
     const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
     struct Panel {
@@ -85,9 +86,9 @@ Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, doubl
                             {"D+, mean " + threeDigits(mean.plus), {0, 1, 0}},
                             {"D-, mean " + threeDigits(mean.minus), {0, 0, 1}},
                             {threeDigits(wL) + " P + " + threeDigits(wD) + " D", {wL, wD, wD}}};
-    int x = kMargin + kAxis;
+    int x = kMapMargin + kAxis;
     for (const Panel& panel : panels) {
-        drawMap(canvas, x, kTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
+        drawMap(canvas, x, kMapTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
         x += kStride;
     }
     return canvas.image();
