@@ -40,7 +40,7 @@ layout(constant_id = kFeatureSingleDirections) const bool kSingleDirections = fa
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
 const bool kMetallicRoughness = (kModels & (1u << kModelMetallicRoughness)) != 0;
-const bool kOtherModels = (kModels & ~(1u << kModelMetallicRoughness)) != 0;
+const bool kOtherModels = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelConductor | 1u << kModelPlastic)) != 0;
 const bool kDielectric = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric)) != 0;
 const bool kConductor = (kModels & (1u << kModelConductor)) != 0;
 const bool kPlastic = (kModels & (1u << kModelPlastic)) != 0;
@@ -49,6 +49,7 @@ const bool kRoughDielectric = (kModels & kModelsRoughDielectric) != 0;
 const bool kRoughReflection = (kModels & kModelsRoughReflection) != 0;
 const bool kBeckmann = (kModels & kModelsBeckmann) != 0;
 const bool kGgx = (kModels & kModelsGgx) != 0;
+const bool kOneSided = (kModels & kModelsOneSided) != 0;
 const bool kSpecularColor = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelPlastic)) != 0; // some specular slot is RGB
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;

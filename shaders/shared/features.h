@@ -37,6 +37,7 @@ CMPG_CONST kModelsRoughReflection = 0x200u; // some conductor or plastic is not
 CMPG_CONST kModelsRoughDielectric = 0x400u;
 CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
 CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
+CMPG_CONST kModelsOneSided = 0x2000u; // some surface, of whatever model, is black from behind
 CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
 CMPG_CONST kFeatureAttributeTexels = 29; // vec4s a vertex
 CMPG_CONST kFeatureClass = 30; // shade_vertex: whose vertices it takes, kClass...

@@ -50,6 +50,7 @@ CMPG_CONST kMaterialNonlinear = 0x800000u;
 CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot
 CMPG_CONST kMaterialClassShift = 25; // two bits: kClass..., of the kernel that shades it
 CMPG_CONST kMaterialClassMask = 3u;
+CMPG_CONST kMaterialOneSided = 0x8000000u; // black from behind; not of dielectrics
 
 // Where a slot's values live and how a surface point finds them.
 struct GpuSlot {

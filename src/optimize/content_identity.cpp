@@ -56,6 +56,8 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
         for (const std::uint32_t p : m.parameters)
             d.add(p);
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
+        if (m.oneSided)
+            d.add(m.oneSided);
     }
     for (const AlphaTexture& a : scene.alphaTextures)
         d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);

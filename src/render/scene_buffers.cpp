@@ -302,7 +302,7 @@ void SceneBuffers::uploadMaterials(bool second) {
             out.specular = float(coatTexel(std::uint32_t(i)));
             uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
         }
-        out.flags |= std::uint32_t(m.model) << gpu::kModelShift;
+        out.flags |= std::uint32_t(m.model) << gpu::kModelShift | (m.oneSided ? gpu::kMaterialOneSided : 0);
         if (m.model != SurfaceModel::MetallicRoughness)
             out.flags |= (isSmooth(m) ? gpu::kMaterialSmooth : 0) | (m.microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0) |
                          (m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);

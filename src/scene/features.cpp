@@ -25,7 +25,7 @@ namespace {
 constexpr std::uint32_t kLightCandidates = 8, kMixedCandidates = 4;
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 constexpr std::uint32_t kEveryModel = ((1u << (std::uint32_t(SurfaceModel::Plastic) + 1)) - 1) | gpu::kModelsSmooth | gpu::kModelsRoughReflection | gpu::kModelsRoughDielectric |
-                                      gpu::kModelsBeckmann | gpu::kModelsGgx;
+                                      gpu::kModelsBeckmann | gpu::kModelsGgx | gpu::kModelsOneSided;
 
 struct Analysis {
     const Scene& scene;
@@ -84,7 +84,7 @@ struct Analysis {
     }
 
     void addModel(const Material& m) {
-        f.models |= 1u << std::uint32_t(m.model);
+        f.models |= 1u << std::uint32_t(m.model) | (m.oneSided ? gpu::kModelsOneSided : 0);
         if (m.model == SurfaceModel::MetallicRoughness) return;
         if (isSmooth(m)) {
             f.models |= gpu::kModelsSmooth;
@@ -322,7 +322,8 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"differentiated", slots(differentiated)},
         {"diffuse lobe", text(diffuse)},
         {"specular lobe", text(specular)},
-        {"dielectrics, conductors and plastics", models >> gpu::kModelDielectric ? modelNames() : "off"},
+        {"dielectrics, conductors and plastics", modelNames().empty() ? "off" : modelNames()},
+        {"surfaces black from behind", text(models & gpu::kModelsOneSided)},
         {"packed textures", text(packedTextures)},
         {"kernels of plain and of diffuse surfaces", text(classes.contains(ShadingClass::Plain)) + " " + text(classes.contains(ShadingClass::Diffuse))},
         {"vertex normals", text(vertexNormals)},

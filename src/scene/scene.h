@@ -103,6 +103,9 @@ struct Material {
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
     bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
 
+    // Nothing is scattered to behind, where the shading normal does not point: Mitsuba's BSDFs without twosided. Not for dielectrics.
+    bool oneSided = false;
+
     bool alphaMask = false;
     float alphaCutoff = 0.5f, alphaFactor = 1;
     std::uint32_t alphaTexture = ~0u; // into Scene::alphaTextures, only for alphaMask

@@ -163,7 +163,13 @@ TEST(Mitsuba, SurfaceModels) {
     EXPECT_EQ(m.microfacets, Microfacets::Beckmann);
     EXPECT_TRUE(m.nonlinear);
     EXPECT_NEAR(m.ior, 1.49 / 1.000277, 1e-6);
+    EXPECT_FALSE(m.oneSided);
     EXPECT_EQ(material("<bsdf type=\"thindielectric\"/>").model, SurfaceModel::ThinDielectric);
+    for (const char* type : {"diffuse", "conductor", "roughconductor", "plastic", "roughplastic", "principled"})
+        EXPECT_TRUE(material("<bsdf type=\"" + std::string(type) + "\"/>").oneSided) << type;
+    for (const char* type : {"dielectric", "roughdielectric", "thindielectric"})
+        EXPECT_FALSE(material("<bsdf type=\"" + std::string(type) + "\"/>").oneSided) << type;
+    EXPECT_TRUE(material("").oneSided) << "Mitsuba's default is diffuse";
 }
 
 TEST(Mitsuba, RefusesWhatItDoesNotKnow) {

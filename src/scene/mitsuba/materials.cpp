@@ -270,10 +270,10 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
         if (wrapped && wrapped->bsdf.type() != "null") {
             maker.leaf(wrapped->bsdf);
             const bool closed = material.model == SurfaceModel::Dielectric || material.model == SurfaceModel::ThinDielectric;
-            if (!wrapped->twosided && !closed)
-                load_.oneSided.insert(material.name);
+            material.oneSided = !wrapped->twosided && !closed;
         } else {
             // What emits is black otherwise, unless it says more.
+            material.oneSided = !emitter && !wrapped;
             maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter || wrapped ? 0.0f : 0.5f), "reflectance");
             maker.constant(SlotKind::Roughness, 1, glm::vec3(1));
             maker.constant(SlotKind::Metallic, 1, glm::vec3(0));
