@@ -146,6 +146,29 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+TEST(Mitsuba, ReconstructionFilters) {
+    const TempFolder folder;
+    const auto filter = [&](const std::string& film) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film + "</sensor>");
+        EXPECT_FALSE(warned(s, "not rendered"));
+        return s.cameras.front().filter;
+    };
+    const auto film = [](const std::string& contents) { return "<film type=\"hdrfilm\">" + contents + "</film>"; };
+    for (const std::string& text : {std::string(), film(""), film("<rfilter type=\"gaussian\"/>")}) {
+        EXPECT_EQ(filter(text).kind, PixelFilter::Kind::Gaussian) << text << ": Mitsuba's default";
+        EXPECT_EQ(filter(text).radius, 2);
+        EXPECT_EQ(filter(text).deviation, 0.5f);
+    }
+    EXPECT_EQ(filter(film("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.7\"/></rfilter>")).radius, 2.8f);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"/>")).kind, PixelFilter::Kind::Tent);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter>")).radius, 1.5f);
+    EXPECT_EQ(filter(film("<rfilter type=\"box\"/>")).kind, PixelFilter::Kind::Box);
+    const Scene other = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film("<rfilter type=\"mitchell\"/>") + "</sensor>");
+    EXPECT_EQ(other.cameras.front().filter.kind, PixelFilter::Kind::Box);
+    EXPECT_TRUE(warned(other, "mitchell"));
+    expectRefused(folder, "<sensor type=\"perspective\">" + film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1e9\"/></rfilter>") + "</sensor>", "outside of");
+}
+
 TEST(Mitsuba, SurfaceModels) {
     const TempFolder folder;
     const auto material = [&](const std::string& bsdf) { return loadText(folder, "<shape type=\"rectangle\">" + bsdf + "</shape>").materials[0]; };
@@ -170,6 +193,26 @@ TEST(Mitsuba, SurfaceModels) {
     for (const char* type : {"dielectric", "roughdielectric", "thindielectric"})
         EXPECT_FALSE(material("<bsdf type=\"" + std::string(type) + "\"/>").oneSided) << type;
     EXPECT_TRUE(material("").oneSided) << "Mitsuba's default is diffuse";
+}
+
+TEST(Mitsuba, MasksCoverInPart) {
+    const TempFolder folder;
+    savePng(folder / "opacity.png", 2, 1, 1, {0, 188});
+    const auto load = [&](const std::string& opacity) {
+        return loadText(folder, "<shape type=\"rectangle\"><bsdf type=\"mask\">" + opacity + "<bsdf type=\"diffuse\"/></bsdf></shape>");
+    };
+    EXPECT_EQ(load("").materials[0].alphaFactor, 0.5f) << "Mitsuba's default";
+    const Scene constant = load("<float name=\"opacity\" value=\"0.25\"/>");
+    EXPECT_TRUE(constant.materials[0].alphaMask && constant.materials[0].coverage);
+    EXPECT_EQ(constant.materials[0].alphaFactor, 0.25f);
+    EXPECT_FALSE(load("<float name=\"opacity\" value=\"1\"/>").materials[0].alphaMask);
+    const auto texture = [](const std::string& more) {
+        return "<texture type=\"bitmap\" name=\"opacity\"><string name=\"filename\" value=\"opacity.png\"/>" + more + "</texture>";
+    };
+    const Scene encoded = load(texture("")), raw = load(texture("<boolean name=\"raw\" value=\"true\"/>"));
+    EXPECT_TRUE(encoded.materials[0].coverage);
+    EXPECT_EQ(encoded.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 128})) << "sRGB";
+    EXPECT_EQ(raw.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 188}));
 }
 
 TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
