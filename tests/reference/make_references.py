@@ -63,7 +63,7 @@ JOBS = {
     "mitsuba/older": (64, []),
     "mitsuba/tent": (16, [("tiles.reflectance", "reverse")]),
     "mitsuba/gaussian": (16, [("tiles.reflectance", "one")]),
-    "mitsuba/covers": (64, [("ground.reflectance", "one"), ("veil.reflectance", "one"), ("lattice.alpha", "one", 2)]),
+    "mitsuba/covers": (64, [("ground.reflectance", "one"), ("veil.reflectance", "one")]),
 }
 
 # Mitsuba splats a sample on all pixels that its filter reaches, so their errors go together, and a block's error is larger than those of its pixels tell:
