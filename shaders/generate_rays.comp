@@ -7,6 +7,7 @@
 #include "shared/batch.h"
 #include "scene/queues.glsl"
 #include "lib/sampler.glsl"
+#include "lib/pixel_filter.glsl"
 #include "lib/dispatch.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
@@ -35,7 +36,16 @@ void main() {
     const uint pixel = batch.firstPixel + low;
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), pixel, index, 0u, 0u);
     const vec2 u = sampleSet(key, kSetCamera).xy;
-    const vec2 raster = vec2(pixel % batch.width, pixel / batch.width) + u;
+    vec2 raster = vec2(pixel % batch.width, pixel / batch.width);
+    if (kPixelFilter && batch.filterKind != kFilterBox) {
+        // Within the picture: what lies outside of it counts for no pixel, as in Mitsuba.
+        const vec2 middle = raster + 0.5, size = vec2(batch.width, batch.height);
+        const vec2 low = max(-middle, vec2(-batch.filterRadius)), high = min(size - middle, vec2(batch.filterRadius));
+        raster = middle + vec2(filterOffset(batch.filterKind, batch.filterRadius, batch.filterDeviation, low.x, high.x, u.x),
+                               filterOffset(batch.filterKind, batch.filterRadius, batch.filterDeviation, low.y, high.y, u.y));
+    } else {
+        raster += u;
+    }
     const vec2 plane = vec2(2.0 * raster.x / float(batch.width) - 1.0, 1.0 - 2.0 * raster.y / float(batch.height));
     const vec3 across = plane.x * batch.cameraRight + plane.y * batch.cameraUp;
     Ray ray;

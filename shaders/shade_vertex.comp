@@ -86,7 +86,7 @@ float survival(vec3 weight, float scale) {
 
 // The light sample of a vertex: N_i, that of the second set of values, and derivatives. Returns whether its visibility matters.
 bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMaterial value, SurfaceMaterial second, bool differentiated, GuidePoint g, vec3 wo,
-                  vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
+                  vec3 kept, vec4 u, OUT(vec3) direct, OUT(vec3) secondDirect, OUT(LightSample) light) {
     direct = vec3(0);
     secondDirect = vec3(0);
     const FewLights few = readFewLights(scene.lights);
@@ -106,16 +106,18 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
             factor = scale * scatterDerivatives(p, value, value.normal, wo, light.direction, false, d);
         else
             factor = scale * bsdfCos(value.surface, value.normal, wo, light.direction);
+        if (kAbsorbing) factor *= kept;
         factor = keepFinite(factor, kDroppedRadiance);
         direct = keepFinite(factor * radiance, kDroppedRadiance);
         wanted = any(notEqual(direct, vec3(0)));
         if (kDifference) {
-            const vec3 secondFactor = scale * bsdfCos(second.surface, second.normal, wo, light.direction);
+            vec3 secondFactor = scale * bsdfCos(second.surface, second.normal, wo, light.direction);
+            if (kAbsorbing) secondFactor *= kept;
             secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
         }
         if (kDiffSurface && differentiated) {
-            scaleDerivatives(d, scale * radiance);
+            scaleDerivatives(d, kAbsorbing ? scale * radiance * kept : scale * radiance);
             wanted = wanted || anyDerivative(d);
         }
         if (kDiffLight) wanted = wanted || any(notEqual(factor, vec3(0)));
@@ -167,6 +169,10 @@ void main() {
         tapeSurface(slot, p.material, p.uv0, p.uv1);
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, emissionWeight);
     }
+    // Of the light that comes back through the interior of what was hit from within.
+    vec3 kept = vec3(1);
+    if (kAbsorbing && (sampling.flags & kMaterialAbsorbs) != 0 && cosFace < 0.0)
+        kept = interiorTransmittance(vec3(sampling.surface.metallic, sampling.surface.specular, uintBitsToFloat(materialTexel(p.material * kMaterialTexels + 2).w)), hit.t);
     const bool last = push.bounce + 1 >= kMaxDepth;
     bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;
@@ -180,7 +186,7 @@ void main() {
         const uvec2 path = readPath(ray.path);
         const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
         if (kLightSampling && scene.lights > 0)
-            wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, sampleSet(key, kSetLight), v.direct, second.direct, light);
+            wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, kept, sampleSet(key, kSetLight), v.direct, second.direct, light);
         else if (kDiffSurface && differentiated)
             tapeNoDerivatives(slot, kPlaneLit);
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
@@ -209,6 +215,11 @@ void main() {
                 v.weight /= q;
                 second.weight /= q;
                 scaleDerivatives(d, vec3(1.0 / q));
+            }
+            if (kAbsorbing) {
+                v.weight *= kept;
+                second.weight *= kept;
+                if (kDiffSurface && differentiated) scaleDerivatives(d, kept);
             }
         }
         if (kPrefixTangent) {

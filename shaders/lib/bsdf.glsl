@@ -1,6 +1,7 @@
 // The scattering of a surface: value, density, sampling, derivatives, put together from the lobes of its model (lib/lobes).
 //
-// Two-sided: a normal that wo is behind of is turned; dielectrics see another index of refraction from there. Where nothing is transmitted, f is 0 where wo
+// Two-sided: a normal that wo is behind of is turned; dielectrics see another index of refraction from there, and surfaces that are black from behind
+// scatter nothing. Where nothing is transmitted, f is 0 where wo
 // and wi are on different sides of the normal. All directions are unit vectors and point away from the surface.
 //
 // Smooth boundaries scatter in single directions, in which no density can be evaluated: bsdfCos and bsdfPdf leave those out, sampleBsdf draws them with a
@@ -8,7 +9,7 @@
 //
 // The includer defines the bool constants kLobeDiffuse, kLobeSpecular of metallic-roughness (a scene in which a lobe can contribute neither value nor
 // derivative leaves it out); kOtherModels, kMetallicRoughness, kDielectric, kConductor, kPlastic (some surface is of that model), kSmoothLobes, kRoughDielectric, kRoughReflection
-// (conductors and plastics), kBeckmann, kGgx (their microfacets); for each slot that scattering depends on kDiffBaseColor ... (it is differentiated on some
+// (conductors and plastics), kBeckmann, kGgx (their microfacets), kOneSided (some surface is black from behind); for each slot that scattering depends on kDiffBaseColor ... (it is differentiated on some
 // surface), and kKeptSlots of lib/derivative_places.glsl, which has at least those. What a constant leaves out changes no bit of the rest: a lobe that a
 // surface lacks adds an exact 0 where the constant keeps it in.
 #ifndef CMPG_LIB_BSDF
@@ -53,6 +54,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine)) return value;
+    if (IS_BLACK_BEHIND(s) && side < 0.0) return value;
     if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
     if (HAS_CLEAR_COAT(s)) value = clearCoatedCos(s, n, wo, wi, cosO, cosI, value, d);
     if (IS_PLASTIC(s)) value = plasticBaseCos(s, n, wo, wi, cosO, cosI, d);
@@ -86,6 +88,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
     if (!(min(cosO, cosI) > kMinCosine) || IS_DIELECTRIC(s)) return 0.0;
+    if (IS_BLACK_BEHIND(s) && dot(normal, wo) < 0.0) return 0.0;
     float probability = specularProbability(s, cosO);
     float pdf = 0.0;
     if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
@@ -102,6 +105,7 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
     wi = n;
     single = 0.0;
     if (!(cosO > kMinCosine)) return false;
+    if (IS_BLACK_BEHIND(s) && dot(normal, wo) < 0.0) return false;
     if (IS_ROUGH_DIELECTRIC(s)) return sampleRoughDielectric(s, normal, wo, u, wi);
     if (IS_DIELECTRIC(s)) {
         single = sampleSmoothDielectric(s, normal, wo, u.z, wi);

@@ -37,7 +37,7 @@ void addNormalDerivative(INOUT(BsdfDerivatives) d, vec3 channels, vec3 gradient)
     d.at[kAtNormal + 2u] = d.at[kAtNormal + 2u] + channels * gradient.z;
 }
 
-// Surfaces are two-sided: 1 where wo is on the side that the normal points to, -1 where it is behind.
+// 1 where wo is on the side that the normal points to, -1 where it is behind.
 float sideOf(vec3 normal, vec3 wo) { return dot(normal, wo) < 0.0 ? -1.0 : 1.0; }
 
 // The normal of the side that wo is on.
@@ -55,6 +55,7 @@ uint modelOf(Surface s) { return s.model >> kModelShift & kModelMask; }
 #define IS_PLASTIC(s) (kPlastic && modelOf(s) == kModelPlastic)
 #define IS_SMOOTH(s) (kSmoothLobes && ((s).model & kMaterialSmooth) != 0u)
 #define IS_ROUGH_DIELECTRIC(s) (kRoughDielectric && modelOf(s) == kModelDielectric && !IS_SMOOTH(s))
+#define IS_BLACK_BEHIND(s) (kOneSided && ((s).model & kMaterialOneSided) != 0u)
 #define IS_BECKMANN(s) (kBeckmann && (!kGgx || ((s).model & kMaterialBeckmann) != 0u))
 
 // Of the microfacets; 0 where the boundary is smooth.

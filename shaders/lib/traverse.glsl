@@ -1,5 +1,5 @@
 // Closest-hit and any-hit traversal of Bvh::records. The including kernel includes lib/trace_queue.glsl, defines, before this file,
-//     kAlphaMask, a bool constant, and, asked only with it, bool isCutOut(uint triangle, vec2 barycentrics)
+//     kAlphaMask, a bool constant, and, asked only with it, bool isCutOut(uint triangle, vec2 barycentrics, vec3 origin, vec3 direction)
 // (shaders/scene/trace_masks.glsl), and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
 //
 // A step reads one record, of a box node or of a leaf block. Groups of children put aside stand in registers, which are shifted: a stack in an
@@ -108,7 +108,7 @@ bool acceptBlock(uint block, vec2 weights) {
     uint triangle;
     vec2 barycentrics;
     identify(block, weights, triangle, barycentrics);
-    return !isCutOut(triangle, barycentrics);
+    return !isCutOut(triangle, barycentrics, rayOrigin, rayDirection);
 }
 
 // Normal of the triangle with these edges. The side is made perpendicular to the diagonal first: the product of a needle's nearly

@@ -1,11 +1,19 @@
-// Where a material of glTF's alphaMode MASK has a hole: alpha below the cutoff.
-// Expects triangleIndices(), attributeTexel(), kAttributeTexels, kColors and what slots.glsl expects.
+// Where a ray finds a hole in a material with alpha: below the cutoff of glTF's alphaMode MASK; by chance, with probability 1 - alpha, of BLEND.
+// Expects triangleIndices(), attributeTexel(), kAttributeTexels, kColors, kCoverage, lib/random.glsl and what slots.glsl expects.
 
-bool isCutOut(uint triangle, vec2 barycentrics) {
+// In (0, 1], by the bits of the ray: every ray of a path draws anew, whoever traces it, and a triangle that it meets twice gives the same answer.
+float coverageThreshold(uint triangle, vec3 origin, vec3 direction) {
+    const uvec4 h = hash4(uvec4(floatBitsToUint(direction), triangle));
+    return float((hash4(h + uvec4(floatBitsToUint(origin), 0x636f7665u)).x >> 8) + 1u) * (1.0 / 16777216.0);
+}
+
+bool isCutOut(uint triangle, vec2 barycentrics, vec3 origin, vec3 direction) {
     const uvec4 indices = triangleIndices(triangle);
     const uint material = indices.w * kMaterialTexels;
-    if ((materialTexel(material + 1).w & kMaterialAlphaMask) == 0) return false;
-    const float cutoff = uintBitsToFloat(materialTexel(material + 2).w);
+    const uint flags = materialTexel(material + 1).w;
+    if ((flags & kMaterialAlphaMask) == 0) return false;
+    float cutoff = uintBitsToFloat(materialTexel(material + 2).w);
+    if (kCoverage && (flags & kMaterialCoverage) != 0) cutoff *= coverageThreshold(triangle, origin, direction);
     const uint slot = materialTexel(material + 3).w;
     const uvec3 at = indices.xyz * kAttributeTexels;
     const vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);

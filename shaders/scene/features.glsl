@@ -13,6 +13,7 @@ layout(constant_id = kFeatureTexcoord1) const bool kTexcoord1 = true;
 layout(constant_id = kFeatureColors) const bool kColors = true;
 layout(constant_id = kFeatureTangents) const bool kTangents = true;
 layout(constant_id = kFeatureAlphaMask) const bool kAlphaMask = true;
+layout(constant_id = kFeatureCoverage) const bool kCoverage = true;
 layout(constant_id = kFeatureEmission) const bool kEmission = true;
 layout(constant_id = kFeatureEnvironment) const bool kEnvironment = true;
 layout(constant_id = kFeatureTriangleLights) const bool kTriangleLights = true;
@@ -35,12 +36,13 @@ layout(constant_id = kFeatureAttributeTexels) const uint kAttributeTexels = 2;
 layout(constant_id = kFeatureClass) const uint kClass = 0;
 layout(constant_id = kFeatureClassDifferentiated) const uint kClassDifferentiated = 1;
 layout(constant_id = kFeatureClasses) const uint kClasses = 0;
+layout(constant_id = kFeaturePixelFilter) const bool kPixelFilter = false;
 layout(constant_id = kFeatureSingleDirections) const bool kSingleDirections = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
 const bool kMetallicRoughness = (kModels & (1u << kModelMetallicRoughness)) != 0;
-const bool kOtherModels = (kModels & ~(1u << kModelMetallicRoughness)) != 0;
+const bool kOtherModels = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelConductor | 1u << kModelPlastic)) != 0;
 const bool kDielectric = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric)) != 0;
 const bool kConductor = (kModels & (1u << kModelConductor)) != 0;
 const bool kPlastic = (kModels & (1u << kModelPlastic)) != 0;
@@ -49,6 +51,8 @@ const bool kRoughDielectric = (kModels & kModelsRoughDielectric) != 0;
 const bool kRoughReflection = (kModels & kModelsRoughReflection) != 0;
 const bool kBeckmann = (kModels & kModelsBeckmann) != 0;
 const bool kGgx = (kModels & kModelsGgx) != 0;
+const bool kAbsorbing = (kModels & kModelsAbsorbing) != 0;
+const bool kOneSided = (kModels & kModelsOneSided) != 0;
 const bool kSpecularColor = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelPlastic)) != 0; // some specular slot is RGB
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;

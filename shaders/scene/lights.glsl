@@ -102,7 +102,7 @@ LightSample sampleLight(SceneInfo scene, LightRecord light, vec3 position, vec3 
         s.target = offsetRayOrigin(point, normal, -s.direction, magnitude);
         s.material = light.head.x >> kLightKindBits;
         s.density = areaToSolidAngle(probability, distance2, cosLight);
-        if (kAlphaMask && isCutOut(light.head.y, b)) s.density = 0.0; // a hole emits nothing
+        if (kAlphaMask && isCutOut(light.head.y, b, position, s.direction)) s.density = 0.0; // a hole emits nothing
     } else if (kEnvironmentLight && kind == kLightEnvironment) {
         s.direction = sampleEnvironment(scene.environment, u.yz, s.uv0, s.density);
         s.distance = scene.environmentDistance;

@@ -5,6 +5,7 @@
 #include "lib/texel.glsl"
 
 layout(constant_id = kTraceAlphaMask) const bool kAlphaMask = false;
+layout(constant_id = kTraceCoverage) const bool kCoverage = false;
 layout(constant_id = kTraceAttributeTexels) const uint kAttributeTexels = 2u;
 layout(constant_id = kTraceTexcoord1) const bool kTexcoord1 = false;
 layout(constant_id = kTraceColors) const bool kColors = false;
@@ -13,5 +14,6 @@ const bool kPackedTextures = true;
 
 #include "scene/material_tables.glsl"
 
+#include "lib/random.glsl"
 #include "scene/slots.glsl"
 #include "scene/alpha_mask.glsl"

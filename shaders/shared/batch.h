@@ -26,7 +26,14 @@ struct Batch {
     // else from origin along x right + y up + forward.
     uint orthographic;
     vec3 cameraOrigin, cameraRight, cameraUp, cameraForward;
+
+    // The reconstruction filter; read only where some camera has another than the box.
+    uint filterKind;
+    float filterRadius, filterDeviation; // in pixels
 };
+CMPG_CONST kFilterBox = 0; // the square of the pixel
+CMPG_CONST kFilterTent = 1;
+CMPG_CONST kFilterGaussian = 2;
 
 CMPG_SHARED_END
 #endif

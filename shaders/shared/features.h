@@ -37,13 +37,17 @@ CMPG_CONST kModelsRoughReflection = 0x200u; // some conductor or plastic is not
 CMPG_CONST kModelsRoughDielectric = 0x400u;
 CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
 CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
+CMPG_CONST kModelsAbsorbing = 0x4000u; // some dielectric absorbs light in its interior
+CMPG_CONST kModelsOneSided = 0x2000u; // some surface, of whatever model, is black from behind
 CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
 CMPG_CONST kFeatureAttributeTexels = 29; // vec4s a vertex
 CMPG_CONST kFeatureClass = 30; // shade_vertex: whose vertices it takes, kClass...
 CMPG_CONST kFeatureClassDifferentiated = 31; // shade_vertex: some slot that scattering depends on is, of that class
 CMPG_CONST kFeatureClasses = 32; // sort_vertices: bit per class that has a kernel
 CMPG_CONST kFeatureSingleDirections = 33; // rays may come from smooth boundaries, whatever class they meet
-CMPG_CONST kFeatureCount = 34;
+CMPG_CONST kFeatureCoverage = 34; // some alpha is the share of rays that meet a surface
+CMPG_CONST kFeaturePixelFilter = 35; // some camera has another than the box
+CMPG_CONST kFeatureCount = 36;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU
@@ -52,7 +56,8 @@ CMPG_CONST kTraceAttributeTexels = 2; // vec4s a vertex
 CMPG_CONST kTraceTexcoord1 = 3;
 CMPG_CONST kTraceColors = 4;
 CMPG_CONST kTraceStack = 5; // groups of children that traversal keeps in registers: 4, 8, 12; 0: in an array, for deeper trees
-CMPG_CONST kTraceCount = 6;
+CMPG_CONST kTraceCoverage = 6; // as kFeatureCoverage
+CMPG_CONST kTraceCount = 7;
 
 CMPG_CONST kModeRender = 0;
 CMPG_CONST kModeForward = 1;

@@ -22,12 +22,12 @@ CMPG_CONST kModelPlastic = 4;
 struct GpuMaterial {
     vec3 baseColor;
     float roughness;
-    float metallic; // metallic-roughness; plastic: what the coat reflects of diffuse light from within; conductor: eta.x
-    float specular; // metallic-roughness; rough plastic: the first texel of its table; conductor: eta.y
+    float metallic; // metallic-roughness; dielectric: absorption.x; plastic: what the coat reflects of diffuse light from within; conductor: eta.x
+    float specular; // metallic-roughness; dielectric: absorption.y; rough plastic: the first texel of its table; conductor: eta.y
     float ior;      // conductor: eta.z
     uint flags;
     vec3 specularColor; // metallic-roughness: a constant; dielectrics and plastic: the specular slot; conductor: k
-    float alphaCutoff;
+    float alphaCutoff; // of an alpha mask; dielectric: absorption.z
     vec3 emission;
     uint alphaSlot; // kNone without alpha mask
 };
@@ -50,6 +50,9 @@ CMPG_CONST kMaterialNonlinear = 0x800000u;
 CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot
 CMPG_CONST kMaterialClassShift = 25; // two bits: kClass..., of the kernel that shades it
 CMPG_CONST kMaterialClassMask = 3u;
+CMPG_CONST kMaterialCoverage = 0x10000000u; // of an alpha mask: alpha is the share of rays that meet the surface; alphaCutoff multiplies the threshold
+CMPG_CONST kMaterialAbsorbs = 0x20000000u; // a dielectric's interior
+CMPG_CONST kMaterialOneSided = 0x8000000u; // black from behind; not of dielectrics
 
 // Where a slot's values live and how a surface point finds them.
 struct GpuSlot {

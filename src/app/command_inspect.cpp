@@ -68,7 +68,7 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
     out << "materials:\n";
     auto& materials = report.extra["materials"] = nlohmann::ordered_json::array();
     for (const Material& m : scene.materials) {
-        out << "  " << m.name << (m.hasNormalMap ? "  normal map" : "") << (m.alphaMask ? "  alpha mask" : "") << '\n';
+        out << "  " << m.name << (m.hasNormalMap ? "  normal map" : "") << (m.coverage ? "  partial coverage" : m.alphaMask ? "  alpha mask" : "") << '\n';
         materials.push_back(m.name);
     }
     out << "geometry:    " << scene.geometry.triangles.size() << " triangles, " << scene.geometry.positions.size() << " vertices\n";

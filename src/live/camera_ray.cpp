@@ -43,7 +43,7 @@ bool isCutOut(const Scene& scene, const Triangle& triangle, glm::vec3 b) {
     }
     if (!g.colors.empty())
         alpha *= interpolate(g.colors).w;
-    return alpha < material.alphaCutoff;
+    return alpha < (material.coverage ? 0.5f : material.alphaCutoff);
 }
 
 struct Nearest {

@@ -56,6 +56,8 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
         for (const std::uint32_t p : m.parameters)
             d.add(p);
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
+        if (m.oneSided || m.coverage || m.absorption != glm::vec3(0))
+            d.add(m.oneSided).add(m.coverage).add(m.absorption);
     }
     for (const AlphaTexture& a : scene.alphaTextures)
         d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);
@@ -86,6 +88,8 @@ std::string cameraOf(const View& view) {
     d.add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height);
     if (c.center != glm::vec2(0))
         d.add(c.center);
+    if (c.filter.kind != PixelFilter::Kind::Box)
+        d.add(c.filter.kind).add(c.filter.radius).add(c.filter.deviation);
     return d.text();
 }
 

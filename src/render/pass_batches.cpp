@@ -7,6 +7,9 @@
 namespace cmpg {
 namespace {
 
+static_assert(std::uint32_t(PixelFilter::Kind::Box) == gpu::kFilterBox && std::uint32_t(PixelFilter::Kind::Tent) == gpu::kFilterTent &&
+              std::uint32_t(PixelFilter::Kind::Gaussian) == gpu::kFilterGaussian);
+
 void placeCamera(gpu::Batch& b, const View& view) {
     const Camera& c = *view.camera;
     const float aspect = float(view.width) / float(view.height);
@@ -21,6 +24,9 @@ void placeCamera(gpu::Batch& b, const View& view) {
         (c.orthographic ? b.cameraOrigin : b.cameraForward) += across;
     }
     b.orthographic = c.orthographic;
+    b.filterKind = std::uint32_t(c.filter.kind);
+    b.filterRadius = c.filter.radius;
+    b.filterDeviation = c.filter.deviation;
 }
 
 } // namespace

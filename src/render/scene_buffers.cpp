@@ -302,11 +302,18 @@ void SceneBuffers::uploadMaterials(bool second) {
             out.specular = float(coatTexel(std::uint32_t(i)));
             uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
         }
-        out.flags |= std::uint32_t(m.model) << gpu::kModelShift;
+        out.flags |= std::uint32_t(m.model) << gpu::kModelShift | (m.oneSided ? gpu::kMaterialOneSided : 0);
         if (m.model != SurfaceModel::MetallicRoughness)
             out.flags |= (isSmooth(m) ? gpu::kMaterialSmooth : 0) | (m.microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0) |
                          (m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);
-        out.alphaCutoff = m.alphaCutoff > 0 ? m.alphaCutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
+        const float cutoff = m.coverage ? 1.0f : m.alphaCutoff;
+        out.alphaCutoff = cutoff > 0 ? cutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
+        if (m.absorption != glm::vec3(0)) {
+            out.flags |= gpu::kMaterialAbsorbs;
+            out.metallic = m.absorption.x;
+            out.specular = m.absorption.y;
+            out.alphaCutoff = m.absorption.z;
+        }
         out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u ? alphaSlot_[m.alphaTexture] : gpu::kNone;
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
             out.flags |= isLookedUp(materialsUp_[i], k) ? 1u << k : 0;
@@ -314,7 +321,7 @@ void SceneBuffers::uploadMaterials(bool second) {
         }
         const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
         const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
-        out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0);
+        out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0) | (m.coverage ? gpu::kMaterialCoverage : 0);
         out.flags |= std::uint32_t(features_.shadingClass[materialsUp_[i]]) << gpu::kMaterialClassShift;
     }
     materials_.uploadAll(materials, second ? materials.size() * sizeof(gpu::GpuMaterial) : 0);

@@ -25,7 +25,8 @@ namespace {
 constexpr std::uint32_t kLightCandidates = 8, kMixedCandidates = 4;
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 constexpr std::uint32_t kEveryModel = ((1u << (std::uint32_t(SurfaceModel::Plastic) + 1)) - 1) | gpu::kModelsSmooth | gpu::kModelsRoughReflection | gpu::kModelsRoughDielectric |
-                                      gpu::kModelsBeckmann | gpu::kModelsGgx;
+                                      gpu::kModelsBeckmann | gpu::kModelsGgx | gpu::kModelsOneSided |
+                                      gpu::kModelsAbsorbing;
 
 struct Analysis {
     const Scene& scene;
@@ -48,6 +49,7 @@ struct Analysis {
         }
         addModel(m);
         f.alphaMask |= m.alphaMask;
+        f.coverage |= m.alphaMask && m.coverage;
         f.emission |= emits;
         f.triangleLights |= emits && lightSampling;
 
@@ -84,7 +86,7 @@ struct Analysis {
     }
 
     void addModel(const Material& m) {
-        f.models |= 1u << std::uint32_t(m.model);
+        f.models |= 1u << std::uint32_t(m.model) | (m.oneSided ? gpu::kModelsOneSided : 0) | (m.absorption != glm::vec3(0) ? gpu::kModelsAbsorbing : 0);
         if (m.model == SurfaceModel::MetallicRoughness) return;
         if (isSmooth(m)) {
             f.models |= gpu::kModelsSmooth;
@@ -164,8 +166,8 @@ struct Analysis {
         f.diffuse = f.specular = f.packedTextures = true;
         f.texturedSlots = kEverySlot;
         f.models = kEveryModel;
-        f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = true;
-        f.emission = f.environment = true;
+        f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = f.coverage = true;
+        f.emission = f.environment = f.pixelFilter = true;
         f.fewLights = 0;
         f.triangleLights = f.punctualLights = f.environmentLight = f.spotsByAngle = lightSampling;
         f.differentiated = kEverySlot | 1u << std::uint32_t(SlotKind::Radiance);
@@ -196,6 +198,7 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
             a.addMaterial(i, request.lightSampling);
     a.addGeometry();
     a.findClasses(used);
+    a.f.pixelFilter = std::any_of(scene.cameras.begin(), scene.cameras.end(), [](const Camera& c) { return c.filter.kind != PixelFilter::Kind::Box; });
     a.f.environment = scene.environment && a.matters(scene.environment->parameter);
     a.f.environmentLight = a.f.environment && request.lightSampling;
     const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
@@ -227,6 +230,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureColors] = colors;
     c[gpu::kFeatureTangents] = tangents;
     c[gpu::kFeatureAlphaMask] = alphaMask;
+    c[gpu::kFeatureCoverage] = coverage;
     c[gpu::kFeatureEmission] = emission;
     c[gpu::kFeatureEnvironment] = environment;
     c[gpu::kFeatureTriangleLights] = triangleLights;
@@ -245,6 +249,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureFewLights] = fewLights;
     c[gpu::kFeatureModels] = models;
     c[gpu::kFeatureSpotsByAngle] = spotsByAngle;
+    c[gpu::kFeaturePixelFilter] = pixelFilter;
     c[gpu::kFeatureAttributeTexels] = attributeTexels();
     c[gpu::kFeatureSingleDirections] = (models & gpu::kModelsSmooth) != 0;
     c[gpu::kFeatureClass] = gpu::kClassOther;
@@ -287,6 +292,7 @@ std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint
         if (bvhDepth <= registers + 1)
             c[gpu::kTraceStack] = registers;
     c[gpu::kTraceAlphaMask] = alphaMask;
+    c[gpu::kTraceCoverage] = coverage;
     c[gpu::kTraceAttributeTexels] = attributeTexels();
     c[gpu::kTraceTexcoord1] = texcoord1;
     c[gpu::kTraceColors] = colors;
@@ -322,7 +328,9 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"differentiated", slots(differentiated)},
         {"diffuse lobe", text(diffuse)},
         {"specular lobe", text(specular)},
-        {"dielectrics, conductors and plastics", models >> gpu::kModelDielectric ? modelNames() : "off"},
+        {"dielectrics, conductors and plastics", modelNames().empty() ? "off" : modelNames()},
+        {"absorbing interiors", text(models & gpu::kModelsAbsorbing)},
+        {"surfaces black from behind", text(models & gpu::kModelsOneSided)},
         {"packed textures", text(packedTextures)},
         {"kernels of plain and of diffuse surfaces", text(classes.contains(ShadingClass::Plain)) + " " + text(classes.contains(ShadingClass::Diffuse))},
         {"vertex normals", text(vertexNormals)},
@@ -330,12 +338,14 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"vertex colours", text(colors)},
         {"tangents", text(tangents)},
         {"alpha mask", text(alphaMask)},
+        {"partial coverage", text(coverage)},
         {"emissive surfaces", text(emission)},
         {"environment", text(environment)},
         {"sampling of emissive triangles", text(triangleLights)},
         {"sampling of punctual lights", text(punctualLights)},
         {"sampling of the environment", text(environmentLight)},
         {"candidates of a light sample", std::to_string(lightCandidates)},
+        {"pixel filter", text(pixelFilter)},
         {"guided directions", text(guiding)},
         {"roulette and splitting", text(roulette)},
     };

@@ -39,10 +39,11 @@ struct FeatureSet {
     std::uint32_t models = 0; // bit per SurfaceModel, and gpu::kModelsSmooth ...
     std::uint32_t texturedSlots = 0; // bit per SlotKind that some material looks up
     bool packedTextures = false;
-    bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false;
+    bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false, coverage = false;
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled
     bool spotsByAngle = false;
+    bool pixelFilter = false; // some camera has another than the box
     std::uint32_t lightCandidates = 1;                                             // per light sample; the scene decides, whatever else is on
     std::uint32_t fewLights = 0;      // 2, 4: no more lights than that, whatever parameters become; 0: any number
     std::uint32_t differentiated = 0; // bit per SlotKind

@@ -101,9 +101,14 @@ struct Material {
     Microfacets microfacets = Microfacets::Ggx; // unless smooth; isotropic, Smith masking
     bool roughnessIsAlpha = true; // the roughness slot holds Mitsuba's alpha, [0.001, 1]; false: glTF's roughness, alpha = roughness^2
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
+    glm::vec3 absorption{0};      // Dielectric, without alphaMask: of its interior, per unit of length (Beer and Lambert's law)
     bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
 
-    bool alphaMask = false;
+    // Nothing is scattered to behind, where the shading normal does not point: Mitsuba's BSDFs without twosided. Not for dielectrics.
+    bool oneSided = false;
+
+    bool alphaMask = false; // glTF's MASK: there is nothing where alpha is below the cutoff; or BLEND:
+    bool coverage = false;  // with alphaMask: a ray meets the surface with probability alpha, alphaCutoff is not read
     float alphaCutoff = 0.5f, alphaFactor = 1;
     std::uint32_t alphaTexture = ~0u; // into Scene::alphaTextures, only for alphaMask
 };
@@ -117,7 +122,7 @@ inline bool isSmooth(const Material& m) {
 // Derivatives by the normal: not of refraction, nor of single directions.
 inline bool hasNormalDerivative(const Material& m) { return !isSmooth(m) && m.model != SurfaceModel::Dielectric; }
 
-// Alpha of a baseColorTexture of a MASK material.
+// Alpha of a baseColorTexture of a material with alphaMask.
 struct AlphaTexture {
     std::uint32_t width = 1, height = 1, texcoord = 0;
     Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
@@ -141,6 +146,12 @@ struct Geometry {
     std::vector<Triangle> triangles;
 };
 
+// How a pixel weighs what the picture shows around its middle (shaders/lib/pixel_filter.glsl).
+struct PixelFilter {
+    enum class Kind : std::uint32_t { Box, Tent, Gaussian } kind = Kind::Box; // Box: the mean over the pixel's square
+    float radius = 0.5f, deviation = 0.5f; // in pixels; the deviation of a Gaussian, which ends at its radius
+};
+
 struct Camera {
     std::string name;
     glm::mat4 toWorld{1}; // camera looks along -Z
@@ -150,6 +161,7 @@ struct Camera {
     std::optional<float> aspect;  // as in the file; used for the default size only
     std::optional<glm::uvec2> size; // width and height in pixels, where the file says
     glm::vec2 center{0}; // the middle of the picture from the point that the camera looks at, in half heights of the picture: right, up
+    PixelFilter filter;
 };
 
 struct PunctualLight {

@@ -126,6 +126,38 @@ SceneSeed texturedScene() {
     return s;
 }
 
+// Clear coats, glass with an absorbing volume, a pane, partial coverage.
+SceneSeed layeredScene() {
+    SceneSeed s;
+    const std::size_t rgba = s.texture(pngOf(4, 2, 4)), rgb = s.texture(pngOf(2, 2, 3));
+    const Json smooth = {{"roughnessFactor", 0.2}, {"metallicFactor", 0}};
+    s.json["materials"] = {
+        {{"name", "varnish"},
+         {"pbrMetallicRoughness", {{"metallicFactor", 0.5}}},
+         {"extensions",
+          {{"KHR_materials_clearcoat",
+            {{"clearcoatFactor", 0.7},
+             {"clearcoatTexture", {{"index", rgb}}},
+             {"clearcoatRoughnessFactor", 0.4},
+             {"clearcoatRoughnessTexture", {{"index", rgb}}}}}}}},
+        {{"name", "ink"},
+         {"pbrMetallicRoughness", smooth},
+         {"extensions",
+          {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+           {"KHR_materials_volume", {{"thicknessFactor", 1}, {"attenuationDistance", 0.5}, {"attenuationColor", {0.9, 0.5, 0.1}}}},
+           {"KHR_materials_ior", {{"ior", 1.33}}}}}},
+        {{"name", "pane"}, {"pbrMetallicRoughness", smooth}, {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}}}}},
+        {{"name", "leaf"},
+         {"alphaMode", "BLEND"},
+         {"emissiveFactor", {1, 1, 1}},
+         {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.8}}, {"baseColorTexture", {{"index", rgba}}}}}}};
+    for (int material = 0; material < 4; ++material)
+        s.quad(float(-material), material);
+    s.json["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"};
+    s.camera();
+    return s;
+}
+
 // Lights and cameras of all kinds, an environment, a hierarchy of nodes.
 SceneSeed litScene() {
     SceneSeed s;
@@ -208,6 +240,7 @@ std::string binaryScene() {
 
 void writeScenes(const Folder& out) {
     out.write("textured.gltf", texturedScene().text());
+    out.write("layered.gltf", layeredScene().text());
     out.write("lit.gltf", litScene().text());
     out.write("packed.gltf", packedScene().text());
     out.write("binary.glb", binaryScene());

@@ -28,6 +28,9 @@ class SceneFolder {
         writeFile(path_ / "data.bin", Bytes(256, 0x3f));
         const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1 2 4\n";
         writeFile(path_ / "mesh.obj", {reinterpret_cast<const std::uint8_t*>(mesh.data()), mesh.size()});
+        const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                                "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
+        writeFile(path_ / "mesh.ply", {reinterpret_cast<const std::uint8_t*>(ply.data()), ply.size()});
         const std::string part = "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"included\"/></scene>";
         writeFile(path_ / "part.xml", {reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
     }

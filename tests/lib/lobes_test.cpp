@@ -91,6 +91,39 @@ Library::Surface glass(double ior, std::uint32_t flags = gpu::kMaterialSmooth) {
     return {glm::dvec3(1), 0, 0, 0, glm::dvec3(1), ior, 0, model(gpu::kModelDielectric) | flags};
 }
 
+// In front not a bit changes.
+TEST(OneSided, BlackFromBehind) {
+    Library library;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const auto numbers = [&] { return glm::dvec3(uniform(random), uniform(random), uniform(random)); };
+    int lit = 0;
+    for (const std::uint32_t flags : {model(gpu::kModelMetallicRoughness), model(gpu::kModelConductor), model(gpu::kModelConductor) | gpu::kMaterialSmooth,
+                                      model(gpu::kModelPlastic) | gpu::kMaterialSmooth})
+        for (int i = 0; i < 2000; ++i) {
+            const Library::Surface both{numbers(), 0.3 + 0.5 * uniform(random), uniform(random), uniform(random), numbers(), 1.5, ~0u, flags};
+            Library::Surface one = both;
+            one.model |= gpu::kMaterialOneSided;
+            const glm::dvec3 n(0, 0, 1), wo = glm::normalize(numbers() * 2.0 - 1.0), wi = glm::normalize(numbers() * 2.0 - 1.0), u = numbers();
+            const bool front = wo.z > 0;
+            Library::BsdfDerivatives d, expected;
+            const glm::dvec3 value = library.bsdfCosDerivatives(one, n, wo, wi, d), twoSided = library.bsdfCosDerivatives(both, n, wo, wi, expected);
+            EXPECT_EQ(value, front ? twoSided : glm::dvec3(0));
+            for (std::uint32_t k = 0; k < shader_double::kDerivativePlaces; ++k)
+                EXPECT_EQ(d.at[k], front ? expected.at[k] : glm::dvec3(0));
+            EXPECT_EQ(library.bsdfPdf(one, n, wo, wi), front ? library.bsdfPdf(both, n, wo, wi) : 0);
+            glm::dvec3 drawn, drawnOfBoth;
+            double single, singleOfBoth;
+            EXPECT_EQ(library.sampleBsdf(one, n, wo, u, drawn, single), front && library.sampleBsdf(both, n, wo, u, drawnOfBoth, singleOfBoth));
+            if (front) {
+                EXPECT_EQ(drawn, drawnOfBoth);
+                EXPECT_EQ(single, singleOfBoth);
+            }
+            lit += front && value.x > 0;
+        }
+    EXPECT_GT(lit, 500);
+}
+
 // All directions of both sides: where they go, and that nothing is lost but by the scale of radiance.
 TEST(SmoothDielectric, ReflectsAndRefracts) {
     Library library;

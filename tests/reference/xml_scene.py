@@ -21,7 +21,7 @@ class XmlScene:
     def parameter(self, name):
         owner, _, slot = name.rpartition(".")
         parameters = mi.traverse(self.scene)
-        for key in (name, f"{owner}.brdf_0.{slot}"):
+        for key in (name, *(f"{owner}.{within}.{slot}" for within in ("brdf_0", "nested_bsdf", "nested_bsdf.brdf_0"))):
             for ending in ("", ".data", ".value"):
                 if key + ending in parameters:
                     return parameters, key + ending

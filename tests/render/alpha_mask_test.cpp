@@ -6,6 +6,9 @@
 
 #include "render/scene_buffers.h"
 
+#include <glm/gtc/constants.hpp>
+#include <numeric>
+
 namespace cmpg::test {
 namespace {
 
@@ -136,6 +139,138 @@ TEST(AlphaMask, HolesOfALampEmitNothing) {
     }
     ASSERT_GT(results[0].mean, 0.1);
     EXPECT_NEAR(results[0].mean, results[1].mean, 4 * std::hypot(results[0].standardError, results[1].standardError));
+}
+
+// Partial coverage: alpha is the share of the light that a sheet stops, of whatever rays. Seeds are fixed; 4 standard errors.
+struct Coverage : testing::Test {
+    // Alpha 0, 64, 128, 255 in four columns, times a factor.
+    static AlphaTexture columns() {
+        AlphaTexture t;
+        t.width = 4;
+        t.nearest = true;
+        t.alpha = {0, 64, 128, 255};
+        return t;
+    }
+    static float alphaOf(int column) { return float(columns().alpha[std::size_t(column)]) / 255 * kFactor; }
+    static void cover(Builder& b, std::uint32_t material) {
+        Material& m = b.mask(material, 0.5f, columns());
+        m.coverage = true;
+        m.alphaFactor = kFactor;
+    }
+    // Means of columns of the image, over independent passes.
+    static std::array<MeanError, 4> columnsOf(Bench& s, std::uint32_t spp) {
+        std::array<std::vector<double>, 4> means;
+        for (std::uint32_t i = 0; i < 8; ++i) {
+            const Image image = s.renderer->render(viewOf(s.scene, 16, 16), spp, {i, 0, 0});
+            for (int c = 0; c < 4; ++c) {
+                double sum = 0;
+                for (int y = 0; y < 16; ++y)
+                    for (int x = 4 * c; x < 4 * c + 4; ++x)
+                        sum += image.values[3 * (std::size_t(y) * 16 + std::size_t(x))];
+                means[std::size_t(c)].push_back(sum / 64);
+            }
+        }
+        return {statistics(means[0]), statistics(means[1]), statistics(means[2]), statistics(means[3])};
+    }
+    static void expectNear(const MeanError& found, double expected) {
+        EXPECT_NEAR(found.mean, expected, 4 * found.standardError + 1e-6 * expected);
+        EXPECT_LT(found.standardError, 0.02 * expected + 1e-9);
+    }
+    static constexpr float kFactor = 0.75f;
+};
+
+// Two sheets over a lamp, the upper one glowing: glTF's "over", twice.
+TEST_F(Coverage, SheetsLieOverEachOther) {
+    Builder b;
+    const std::uint32_t lamp = b.material("lamp", 0, 3), sheet = b.material("sheet", 0, 0), glow = b.material("glow", 0, 1);
+    cover(b, sheet);
+    cover(b, glow);
+    b.square(lamp, -1);
+    b.square(sheet, 0);
+    b.square(glow, 0.5f);
+    b.camera(1);
+    Bench s(b.scene, {});
+    const auto found = columnsOf(s, 64);
+    for (int c = 0; c < 4; ++c) {
+        const double a = alphaOf(c);
+        expectNear(found[std::size_t(c)], a + (1 - a) * (1 - a) * 3);
+    }
+}
+
+// A point light, which only shadow rays find, above two sheets.
+TEST_F(Coverage, ShadowsArePartial) {
+    Builder b;
+    const std::uint32_t floor = b.material("floor", 0.5f, 0), sheet = b.material("sheet", 0, 0);
+    cover(b, sheet);
+    b.square(floor, 0);
+    b.square(sheet, 1);
+    b.square(sheet, 1.5f);
+    b.camera(0.5f);
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::Directional;
+    sun.direction = {0, 0, -1};
+    sun.intensity = glm::vec3(2);
+    b.scene.lights = {sun};
+    Bench s(b.scene, {});
+    const auto found = columnsOf(s, 64);
+    for (int c = 0; c < 4; ++c)
+        expectNear(found[std::size_t(c)], 2 * 0.5 / glm::pi<double>() * std::pow(1 - alphaOf(c), 2));
+}
+
+// A lamp of alpha a sends out a of its light, found by light sampling or not, and stops as much of what comes from a brighter one behind it.
+TEST_F(Coverage, LampsEmitWhatTheyCover) {
+    const auto image = [](bool covered, bool lightSampling, float nearEmission, float farEmission) {
+        Builder b;
+        const std::uint32_t lamp = b.material("lamp", 0, nearEmission), behind = b.material("behind", 0, farEmission), floor = b.material("floor", 0.8f, 0);
+        if (covered) {
+            AlphaTexture whole;
+            whole.alpha = {102}; // 0.4
+            b.mask(lamp, 0.5f, whole).coverage = true;
+        }
+        b.square(floor, 0);
+        b.quad(lamp, {-1, 1, 1}, {2, 0, 0}, {0, -2, 0}); // face down
+        b.quad(behind, {-1, 1, 1.25f}, {2, 0, 0}, {0, -2, 0});
+        b.camera(0.5f);
+        RenderConfig config;
+        config.maxDepth = 2;
+        config.lightSampling = lightSampling;
+        Bench s(b.scene, {}, config);
+        std::vector<double> means;
+        for (std::uint32_t i = 0; i < 8; ++i)
+            means.push_back(meanOf(s.renderer->render(viewOf(s.scene, 16, 16), 64, {i, 0, 0})));
+        return statistics(means);
+    };
+    // Each alone, uncovered; the near one removed by a factor of its own light.
+    const double nearAlone = image(false, true, 5, 0).mean;
+    for (const bool lightSampling : {false, true}) {
+        const MeanError nearCovered = image(true, lightSampling, 5, 0), both = image(true, lightSampling, 5, 20), farCovered = image(true, lightSampling, 0, 20);
+        EXPECT_NEAR(nearCovered.mean, 0.4 * nearAlone, 4 * nearCovered.standardError + 2e-3 * nearAlone) << lightSampling;
+        EXPECT_NEAR(both.mean, nearCovered.mean + farCovered.mean, 4 * std::hypot(both.standardError, nearCovered.standardError, farCovered.standardError)) << lightSampling;
+        EXPECT_GT(farCovered.mean, 2 * nearCovered.mean) << lightSampling;
+    }
+}
+
+// Reverse and forward derivatives of what stands behind and of the sheet itself: along the same rays as the image, so the sum is exact.
+TEST_F(Coverage, DerivativesFollow) {
+    Builder b;
+    const std::uint32_t lamp = b.material("lamp", 0, 3), sheet = b.material("sheet", 0.5f, 0);
+    cover(b, sheet);
+    b.square(lamp, -1);
+    b.square(sheet, 0);
+    b.camera(1);
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::Directional;
+    sun.direction = {0, 0, -1};
+    sun.intensity = glm::vec3(2);
+    b.scene.lights = {sun};
+    Bench s(b.scene, {"lamp.emission", "sheet.baseColor"});
+    const View view = viewOf(s.scene, 16, 16);
+    const double image = meanOf(s.renderer->render(view, 64, {1, 0, 1}, s.plan, &s.result));
+    std::vector<std::vector<double>> gradients;
+    s.result = s.renderer->reverse(view, 64, {1, 0, 1}, Image(16, 16, 3, 1.0f / (16 * 16 * 3)), {}, {}, gradients, s.plan);
+    const double byLamp = std::accumulate(gradients[0].begin(), gradients[0].end(), 0.0), bySheet = std::accumulate(gradients[1].begin(), gradients[1].end(), 0.0);
+    EXPECT_GT(byLamp, 0.3);
+    EXPECT_NEAR(byLamp * 3 + bySheet * 0.5, image, 1e-5 * image); // linear in both
 }
 
 // What stands at a point of triangle t, in double precision; barycentrics as weights of the second and third vertex.

@@ -114,6 +114,49 @@ TEST(Glass, SlabIsAPane) {
     EXPECT_NEAR(lampBehind(b, 512), 2 - reflected, 5e-3);
 }
 
+// Beer and Lambert's law on every passage between the faces, in each channel.
+TEST(Glass, SlabAbsorbs) {
+    Builder b;
+    const std::uint32_t glass = b.boundary("glass", SurfaceModel::Dielectric, 1.5f);
+    b.scene.materials[glass].absorption = {0, 0.7f, 3};
+    b.quad(glass, {-20, -20, 0}, {40, 0, 0}, {0, 40, 0});
+    b.quad(glass, {-20, -20, -0.5f}, {0, 40, 0}, {40, 0, 0}); // looks down
+    b.camera(2);
+    const double r = fresnel(1, 1.5);
+    double expected = 0;
+    for (const double absorption : {0.0, 0.7, 3.0}) {
+        const double kept = std::exp(-0.5 * absorption), passed = (1 - r) * (1 - r) * kept / (1 - r * r * kept * kept);
+        expected += (r + passed * r * kept + 2 * passed) / 3;
+    }
+    EXPECT_NEAR(lampBehind(b, 512), expected, 5e-3);
+}
+
+// A matt ball of ink: what comes out of a rough boundary, with light samples and without.
+TEST(Glass, LightSamplingChangesNoExpectationOfInk) {
+    MeanError means[2];
+    for (const bool sampled : {false, true}) {
+        Builder b;
+        const std::uint32_t ink = b.boundary("ink", SurfaceModel::Dielectric, 1.3f);
+        b.scene.materials[ink].smooth = false;
+        b.scene.materials[ink].absorption = {0.2f, 0.7f, 3};
+        setConstant(b.scene, b.scene.materials[ink], SlotKind::Roughness, {0.4f});
+        b.sphere(ink, {0, 0, 0}, 0.8f, 64);
+        b.sky(0.5f);
+        b.quad(b.material("lamp", 0, 4), {-1, 1, 1.5f}, {2, 0, 0}, {0, -2, 0}); // looks down
+        b.camera(1.2f);
+        RenderConfig config;
+        config.maxDepth = 12;
+        config.lightSampling = sampled;
+        Bench s(b.scene, {}, config);
+        std::vector<double> values;
+        for (std::uint32_t i = 0; i < 12; ++i)
+            values.push_back(meanOf(s.renderer->render(viewOf(s.scene, 24, 24), 64, {100 * sampled + i, 0, 0})));
+        means[sampled] = statistics(values);
+        EXPECT_LT(means[sampled].standardError, 0.02 * means[sampled].mean);
+    }
+    expectAgreement(means[0], means[1], "with light sampling");
+}
+
 // One boundary: radiance shrinks by the squared index on its way out.
 TEST(Glass, RadianceIsScaledBetweenMedia) {
     Builder b;
@@ -152,7 +195,7 @@ TEST(Glass, LightSamplingChangesNoExpectation) {
 nlohmann::json variants() {
     std::ifstream file(std::string(CMPG_SOURCE_DIR) + "/tests/reference/references.json");
     const nlohmann::json all = nlohmann::json::parse(file)["references"];
-    return {{"metals", all["metals_image"]["materials"]}, {"coats", all["coats_image"]["materials"]}, {"glass", nlohmann::json::object()}};
+    return {{"metals", all["metals_image"]["materials"]}, {"coats", all["coats_image"]["materials"]}, {"inked", all["coats_image"]["materials"]}, {"glass", nlohmann::json::object()}};
 }
 
 // Bundled scenes, with materials of Mitsuba's in place of some.
@@ -161,6 +204,9 @@ Scene variant(const std::string& name) {
     const nlohmann::json all = variants();
     for (const auto& [material, json] : all[name].items())
         replaceMaterial(scene, material, json);
+    for (Material& m : scene.materials)
+        if (name == "inked" && m.model == SurfaceModel::Dielectric)
+            m.absorption = {0.5f, 2, 4};
     for (Parameter& p : scene.parameters)
         p.materialise();
     return scene;
@@ -207,7 +253,7 @@ TEST_P(Boundary, FrozenFiniteDifferences) {
 INSTANTIATE_TEST_SUITE_P(Slots, Boundary,
                          testing::Values(Case{"glass", "*.baseColor"}, Case{"glass", "b*.specular"}, Case{"metals", "brass.*o*"}, Case{"metals", "half.baseColor"},
                                          Case{"metals", "plastic.*o*"}, Case{"metals", "plastic.specular"}, Case{"coats", "*.baseColor"},
-                                         Case{"coats", "half.specular"}, Case{"coats", "half.roughness"}, Case{"coats", "brass.roughness"}),
+                                         Case{"coats", "half.specular"}, Case{"coats", "half.roughness"}, Case{"coats", "brass.roughness"}, Case{"inked", "*.baseColor"}, Case{"inked", "brass.roughness"}),
                          [](const auto& test) {
                              std::string name = std::string(test.param.scene) + "_" + test.param.parameters + std::to_string(test.index);
                              std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)) && c != '_'; }, '_');

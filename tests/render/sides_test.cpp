@@ -109,6 +109,26 @@ TEST_P(Sides, CornersRunEitherWayWhereDirectionsAreGuided) {
     expectEqual(front, outputs(true, true), 2e-3, "guided"); // one path that rounding sends elsewhere teaches the guide something else
 }
 
+// Of one side the front is as ever, bit for bit, and nothing comes from behind: whichever way light finds the surface.
+TEST_P(Sides, OneSidedSurfacesAreBlackFromBehind) {
+    const auto image = [](bool reversed, bool oneSided) {
+        Scene scene = corner(GetParam(), reversed);
+        scene.materials[0].oneSided = oneSided;
+        scene.materials[1].oneSided = oneSided && reversed; // else the panel's back is lit
+        RenderConfig config;
+        config.maxDepth = 3;
+        Bench b(std::move(scene), {}, config);
+        return b.renderer->render(viewOf(b.scene, kEdge, kEdge), kSpp, {1, 0, 0});
+    };
+    EXPECT_EQ(image(false, true).values, image(false, false).values);
+    // The sky and the panel's own light are seen directly, and do not depend on the surfaces.
+    RenderConfig direct;
+    direct.maxDepth = 1;
+    Bench emitters(corner(GetParam(), true), {}, direct);
+    const Image seen = emitters.renderer->render(viewOf(emitters.scene, kEdge, kEdge), kSpp, {1, 0, 0});
+    EXPECT_EQ(image(true, true).values, seen.values);
+}
+
 std::string lightingName(const testing::TestParamInfo<Lighting>& lighting) { return lighting.param.name; }
 
 INSTANTIATE_TEST_SUITE_P(Lights, Sides,

@@ -197,8 +197,10 @@ TEST(GltfMaterials, MaskKeepsTheAlphaOfTheTexture) {
     EXPECT_EQ(s.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 200}));
     f.material["alphaMode"] = "BLEND";
     const Scene blended = f.load();
-    EXPECT_FALSE(blended.materials[0].alphaMask);
-    EXPECT_TRUE(warned(blended, "wall: alphaMode BLEND is rendered opaque"));
+    EXPECT_TRUE(blended.materials[0].alphaMask && blended.materials[0].coverage);
+    EXPECT_FLOAT_EQ(blended.materials[0].alphaFactor, 0.5f);
+    EXPECT_EQ(blended.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 200}));
+    EXPECT_FALSE(m.coverage);
 }
 
 TEST(GltfMaterials, TransmissionMakesPanesAndWithAVolumeBoundaries) {
@@ -224,7 +226,17 @@ TEST(GltfMaterials, TransmissionMakesPanesAndWithAVolumeBoundaries) {
     EXPECT_FALSE(rough.materials[0].roughnessIsAlpha);
     EXPECT_EQ(rough.materials[0].microfacets, Microfacets::Ggx);
     f.material["extensions"]["KHR_materials_volume"]["attenuationDistance"] = 2;
-    EXPECT_TRUE(warned(f.load(), "not rendered: attenuation in the volume of wall"));
+    EXPECT_EQ(f.load().materials[0].absorption, glm::vec3(0)) << "white";
+    f.material["extensions"]["KHR_materials_volume"]["attenuationColor"] = {1, 0.25, 0};
+    const Scene coloured = f.load();
+    EXPECT_EQ(coloured.materials[0].absorption.x, 0);
+    EXPECT_NEAR(coloured.materials[0].absorption.y, std::log(2.0), 1e-6);
+    EXPECT_GT(coloured.materials[0].absorption.z, 5) << "black is as dark as 1e-6";
+    EXPECT_FALSE(warned(coloured, "not rendered"));
+    f.material["alphaMode"] = "BLEND";
+    const Scene covered = f.load();
+    EXPECT_EQ(covered.materials[0].absorption, glm::vec3(0));
+    EXPECT_TRUE(warned(covered, "not rendered: attenuation in the volume of wall, which alpha"));
 }
 
 TEST(GltfMaterials, TransmissionOfMetalsAndOfPartsIsToldOf) {
@@ -245,9 +257,22 @@ TEST(GltfMaterials, TransmissionOfMetalsAndOfPartsIsToldOf) {
 
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
     Fixture f;
-    f.w.json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_sheen"};
+    f.w.json["extensionsUsed"] = {"KHR_materials_anisotropy", "KHR_materials_sheen"};
+    f.material["extensions"] = {{"KHR_materials_iridescence", Json::object()}};
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_anisotropy, KHR_materials_iridescence, KHR_materials_sheen"));
+}
+
+TEST(GltfMaterials, UnlitIsRefused) {
+    Fixture f;
     f.material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
-    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_sheen, KHR_materials_unlit"));
+    try {
+        f.load();
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.kind, ErrorKind::Input);
+        EXPECT_NE(std::string(e.what()).find("materials[0].extensions.KHR_materials_unlit"), std::string::npos) << e.what();
+        EXPECT_NE(e.cause.find("scatters no light"), std::string::npos) << e.cause;
+    }
 }
 
 TEST(GltfMaterials, NamesAreUniqueAndPrintable) {

@@ -146,6 +146,29 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+TEST(Mitsuba, ReconstructionFilters) {
+    const TempFolder folder;
+    const auto filter = [&](const std::string& film) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film + "</sensor>");
+        EXPECT_FALSE(warned(s, "not rendered"));
+        return s.cameras.front().filter;
+    };
+    const auto film = [](const std::string& contents) { return "<film type=\"hdrfilm\">" + contents + "</film>"; };
+    for (const std::string& text : {std::string(), film(""), film("<rfilter type=\"gaussian\"/>")}) {
+        EXPECT_EQ(filter(text).kind, PixelFilter::Kind::Gaussian) << text << ": Mitsuba's default";
+        EXPECT_EQ(filter(text).radius, 2);
+        EXPECT_EQ(filter(text).deviation, 0.5f);
+    }
+    EXPECT_EQ(filter(film("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.7\"/></rfilter>")).radius, 2.8f);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"/>")).kind, PixelFilter::Kind::Tent);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter>")).radius, 1.5f);
+    EXPECT_EQ(filter(film("<rfilter type=\"box\"/>")).kind, PixelFilter::Kind::Box);
+    const Scene other = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film("<rfilter type=\"mitchell\"/>") + "</sensor>");
+    EXPECT_EQ(other.cameras.front().filter.kind, PixelFilter::Kind::Box);
+    EXPECT_TRUE(warned(other, "mitchell"));
+    expectRefused(folder, "<sensor type=\"perspective\">" + film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1e9\"/></rfilter>") + "</sensor>", "outside of");
+}
+
 TEST(Mitsuba, SurfaceModels) {
     const TempFolder folder;
     const auto material = [&](const std::string& bsdf) { return loadText(folder, "<shape type=\"rectangle\">" + bsdf + "</shape>").materials[0]; };
@@ -163,13 +186,39 @@ TEST(Mitsuba, SurfaceModels) {
     EXPECT_EQ(m.microfacets, Microfacets::Beckmann);
     EXPECT_TRUE(m.nonlinear);
     EXPECT_NEAR(m.ior, 1.49 / 1.000277, 1e-6);
+    EXPECT_FALSE(m.oneSided);
     EXPECT_EQ(material("<bsdf type=\"thindielectric\"/>").model, SurfaceModel::ThinDielectric);
+    for (const char* type : {"diffuse", "conductor", "roughconductor", "plastic", "roughplastic", "principled"})
+        EXPECT_TRUE(material("<bsdf type=\"" + std::string(type) + "\"/>").oneSided) << type;
+    for (const char* type : {"dielectric", "roughdielectric", "thindielectric"})
+        EXPECT_FALSE(material("<bsdf type=\"" + std::string(type) + "\"/>").oneSided) << type;
+    EXPECT_TRUE(material("").oneSided) << "Mitsuba's default is diffuse";
+}
+
+TEST(Mitsuba, MasksCoverInPart) {
+    const TempFolder folder;
+    savePng(folder / "opacity.png", 2, 1, 1, {0, 188});
+    const auto load = [&](const std::string& opacity) {
+        return loadText(folder, "<shape type=\"rectangle\"><bsdf type=\"mask\">" + opacity + "<bsdf type=\"diffuse\"/></bsdf></shape>");
+    };
+    EXPECT_EQ(load("").materials[0].alphaFactor, 0.5f) << "Mitsuba's default";
+    const Scene constant = load("<float name=\"opacity\" value=\"0.25\"/>");
+    EXPECT_TRUE(constant.materials[0].alphaMask && constant.materials[0].coverage);
+    EXPECT_EQ(constant.materials[0].alphaFactor, 0.25f);
+    EXPECT_FALSE(load("<float name=\"opacity\" value=\"1\"/>").materials[0].alphaMask);
+    const auto texture = [](const std::string& more) {
+        return "<texture type=\"bitmap\" name=\"opacity\"><string name=\"filename\" value=\"opacity.png\"/>" + more + "</texture>";
+    };
+    const Scene encoded = load(texture("")), raw = load(texture("<boolean name=\"raw\" value=\"true\"/>"));
+    EXPECT_TRUE(encoded.materials[0].coverage);
+    EXPECT_EQ(encoded.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 128})) << "sRGB";
+    EXPECT_EQ(raw.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 188}));
 }
 
 TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
     const TempFolder folder;
     expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"hair\"/></shape>", "use diffuse, ");
-    expectRefused(folder, "\n\n<shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/></shape>", "convert it to .obj", 4);
+    expectRefused(folder, "\n\n<shape type=\"serialized\"><string name=\"filename\" value=\"a.serialized\"/></shape>", "convert it to .ply", 4);
     expectRefused(folder, "<shape type=\"teapot\"/>", "use obj, ");
     expectRefused(folder, "<emitter type=\"sunsky\"/>", "use area, point");
     expectRefused(folder, "<sensor type=\"fisheye\"/>", "use perspective");
@@ -212,6 +261,119 @@ TEST(Mitsuba, ObjFiles) {
     for (int i = 0; i < 300; ++i)
         polygon += " 1";
     EXPECT_THROW(read(polygon + "\n"), Error);
+}
+
+// A square of a quad and one of two triangles, with every kind of number and things that nobody asked for.
+class PlyFile {
+  public:
+    // `format`: as the file names it.
+    explicit PlyFile(std::string format) : format_(std::move(format)) {
+        text_ = "ply\r\nformat " + format_ + " 1.0\r\ncomment by hand\nobj_info none\n"
+                "element camera 1\nproperty list uint8 float32 weights\nproperty short flags\n"
+                "element vertex 5\nproperty double x\nproperty float y\nproperty int8 z\nproperty uchar red\n"
+                "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float32 t\n"
+                "element nothing 4000000000\n"
+                "element face 3\nproperty uchar patch\nproperty list ushort uint vertex_indices\nend_header\n";
+        put(std::uint8_t(2)), put(0.5f), put(0.25f), put(std::int16_t(-300));
+        endLine();
+        for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}, {2, 0}}) {
+            put(double(x) + 0.125), put(float(y)), put(std::int8_t(-1)), put(std::uint8_t(200));
+            put(0.0f), put(0.0f), put(-1.0f), put(float(x) / 2), put(float(y) / 4);
+            endLine();
+        }
+        for (const std::vector<std::uint32_t>& face : {std::vector<std::uint32_t>{0, 1, 2, 3}, {1, 4, 2}, {0, 1}}) {
+            put(std::uint8_t(7)), put(std::uint16_t(face.size()));
+            for (const std::uint32_t corner : face)
+                put(corner);
+            endLine();
+        }
+    }
+    const std::string& text() const { return text_; }
+
+  private:
+    template <class T> void put(T value) {
+        if (format_ == "ascii") {
+            text_ += std::to_string(value) + ' ';
+            return;
+        }
+        std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+        if (format_ == "binary_big_endian")
+            std::reverse(bytes.begin(), bytes.end());
+        text_ += bytes;
+    }
+    void endLine() { text_ += format_ == "ascii" ? "\n" : ""; }
+
+    std::string format_, text_;
+};
+
+Mesh plyOf(const std::string& text) { return readPly(Bytes(text.begin(), text.end()), "mesh.ply"); }
+
+TEST(Mitsuba, PlyFiles) {
+    for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+        const std::string text = PlyFile(format).text();
+        const Mesh mesh = plyOf(text);
+        ASSERT_EQ(mesh.positions.size(), 5u) << format;
+        EXPECT_EQ(mesh.positions[2], glm::dvec3(1.125, 1, -1)) << format;
+        EXPECT_EQ(mesh.normals, std::vector<glm::vec3>(5, glm::vec3(0, 0, -1))) << format;
+        EXPECT_EQ(mesh.uvs[4], glm::vec2(1, 0)) << format << ": v as it stands";
+        EXPECT_EQ(mesh.uvs[2], glm::vec2(0.5f, 0.25f)) << format;
+        EXPECT_EQ(mesh.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}})) << format;
+        const std::size_t body = text.find("end_header\n") + 11;
+        for (std::size_t length = 0; length < text.size() - 2; ++length) // the last digit and the space after it
+            EXPECT_THROW(plyOf(text.substr(0, length)), Error) << format << ' ' << length << " of " << text.size() << ", header " << body;
+    }
+}
+
+TEST(Mitsuba, PlyFilesThatAreRefused) {
+    const std::string vertices = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string faces = "element face 1\nproperty list uchar int vertex_index\nend_header\n", corners = "0 0 0 1 0 0 0 1 0 ";
+    const auto refused = [](const std::string& text) {
+        try {
+            plyOf(text);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind, ErrorKind::Input);
+            return std::string(e.what());
+        }
+        return std::string("read");
+    };
+    EXPECT_EQ(refused(vertices + faces + corners + "3 0 1 +2"), "read");
+    for (const auto& [text, part] : std::vector<std::pair<std::string, std::string>>{
+             {vertices + faces + corners + "3 0 1 3", "that there is not"},
+             {vertices + faces + corners + "3 0 1 -1", "no index"},
+             {vertices + faces + corners + "3 0 1 0.5", "no index"},
+             {vertices + faces + corners + "-3 0 1 2", "no count"},
+             {vertices + faces + corners + "4000000000 0 1 2", "ends early"},
+             {vertices + faces + "0 0 0 1 0 0 0 inf 0 3 0 1 2", "not finite"},
+             {vertices + faces + "0 0 0 1 0 0 0 1e999 0 3 0 1 2", "too large"},
+             {vertices + faces + "0 0 0 1 0 0 0 x 0 3 0 1 2", "is none"},
+             {vertices + "end_header\n" + corners, "no faces"},
+             {"ply\nformat ascii 1.0\nelement vertex 4000000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3", "ends early"},
+             {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2", "no x, y and z"},
+             {"ply\nformat ascii 2.0\nend_header\n", "format ascii 2.0"},
+             {"ply\nelement vertex -1\nend_header\n", "element vertex -1"},
+             {"ply\nformat ascii 1.0\nelement v 1\nproperty list float int a\nend_header\n", "property list float"},
+             {"ply\nend_header\n", "names no format"},
+             {"ply\nproperty float x\n", "property float x"},
+             {"ply" + std::string(1 << 17, '\n'), "no end within"},
+             {"v 0 0 0\n", "no PLY"}})
+        EXPECT_NE(refused(text).find(part), std::string::npos) << part << " | " << refused(text) << '\n' << text.substr(0, 300);
+}
+
+TEST(Mitsuba, TextureCoordinatesOfMeshesCanBeTurned) {
+    const TempFolder folder;
+    save(folder, PlyFile("ascii").text(), "mesh.ply");
+    save(folder, "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0.25\nf 1/1 2/1 3/1\n", "mesh.obj");
+    const auto v = [&](const std::string& type, const std::string& flip) {
+        const Scene s = loadText(folder, "<shape type=\"" + type + "\"><string name=\"filename\" value=\"mesh." + type + "\"/>" + flip + "</shape>");
+        return s.geometry.uv0[type == "ply" ? 2 : 0].y;
+    };
+    const std::string on = "<boolean name=\"flip_tex_coords\" value=\"true\"/>", off = "<boolean name=\"flip_tex_coords\" value=\"false\"/>";
+    EXPECT_EQ(v("ply", ""), 0.25f);
+    EXPECT_EQ(v("ply", off), 0.25f);
+    EXPECT_EQ(v("ply", on), 0.75f);
+    EXPECT_EQ(v("obj", ""), 0.75f);
+    EXPECT_EQ(v("obj", on), 0.75f);
+    EXPECT_EQ(v("obj", off), 0.25f);
 }
 
 TEST(Mitsuba, ExportLoadsBack) {

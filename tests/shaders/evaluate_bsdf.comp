@@ -15,6 +15,7 @@ const bool kRoughDielectric = false;
 const bool kRoughReflection = false;
 const bool kBeckmann = false;
 const bool kGgx = true;
+const bool kOneSided = true;
 #define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
 #include "shared/slots.def"
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;

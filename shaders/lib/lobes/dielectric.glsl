@@ -21,6 +21,9 @@ float radianceScale(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     return 1.0 / (eta * eta);
 }
 
+// What is left of light after a way through an absorbing interior (Beer and Lambert's law).
+vec3 interiorTransmittance(vec3 absorption, float distance) { return exp(-absorption * distance); }
+
 // Where a ray from wo is refracted to; b as seen from wo's side, n the normal of that side.
 vec3 refracted(Surface s, vec3 n, vec3 wo, float eta, Boundary b) {
     if (IS_THIN(s)) return -wo;

@@ -17,6 +17,7 @@ class MaterialLoader {
   private:
     void fill(Parameter& parameter, const TextureInfo& info, const SlotTexels& texels);
     SurfaceModel modelOf(const tinygltf::Material& source, const std::string& name);
+    void addVolume(const tinygltf::Material& source, Material& material);
     void addLobes(const tinygltf::Material& source, Material& material);
 
     GltfLoad& load_;
@@ -44,9 +45,23 @@ SurfaceModel MaterialLoader::modelOf(const tinygltf::Material& source, const std
     const bool partly = transmitted < 1 || (source.pbrMetallicRoughness.metallicFactor > 0 && source.pbrMetallicRoughness.metallicFactor < 1);
     if (partly) load_.warn(name + ": lets through a part of the light and scatters the rest; it is rendered " + (opaque ? "opaque" : "clear"));
     if (opaque) return SurfaceModel::MetallicRoughness;
-    if (member(volume, "attenuationDistance").IsNumber()) load_.ignored.insert("attenuation in the volume of " + name);
     if (volume.Has("thicknessTexture")) load_.ignored.insert("thicknessTexture of " + name);
     return real(member(volume, "thicknessFactor"), 0) > 0 ? SurfaceModel::Dielectric : SurfaceModel::ThinDielectric;
+}
+
+// Of the color, per attenuationDistance: what is left of white light.
+void MaterialLoader::addVolume(const tinygltf::Material& source, Material& material) {
+    const tinygltf::Value& volume = extension(source.extensions, "KHR_materials_volume");
+    const float distance = real(member(volume, "attenuationDistance"), 0);
+    if (!(distance > 0) || material.model != SurfaceModel::Dielectric)
+        return;
+    if (material.alphaMask) {
+        load_.ignored.insert("attenuation in the volume of " + material.name + ", which alpha cuts or covers in part");
+        return;
+    }
+    constexpr float kDarkest = 1e-6f, kMost = 1e6f;
+    const glm::vec3 color = glm::clamp(vec(member(volume, "attenuationColor"), glm::vec3(1)), kDarkest, 1.0f);
+    material.absorption = glm::min(-glm::log(color) / distance, kMost);
 }
 
 void MaterialLoader::addLobes(const tinygltf::Material& source, Material& material) {
@@ -67,6 +82,10 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
     const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
     const std::string ordinal = std::to_string(index);
+    if (source.extensions.contains("KHR_materials_unlit"))
+        load_.document.at("materials[" + ordinal + "].extensions.KHR_materials_unlit")
+            .fail("asks for a surface that shows its colour whatever the light", "such a surface scatters no light, so nothing can be rendered or recovered by it",
+                  "export the material without it; an emissiveTexture shows a colour, too");
     Material material;
     material.name = uniqueName(source.name.empty() ? "material" + ordinal : source.name, names_);
 
@@ -119,13 +138,14 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     if (specular.Has("specularColorTexture")) load_.ignored.insert("specularColorTexture of " + material.name);
     if (source.occlusionTexture.index >= 0) load_.ignored.insert("occlusion textures");
 
-    if (source.alphaMode == "BLEND") load_.warn(material.name + ": alphaMode BLEND is rendered opaque");
-    material.alphaMask = source.alphaMode == "MASK";
+    material.coverage = source.alphaMode == "BLEND";
+    material.alphaMask = material.coverage || source.alphaMode == "MASK";
     if (material.alphaMask) {
         material.alphaCutoff = float(source.alphaCutoff);
         material.alphaFactor = baseColor.a;
         if (const auto use = readTextureUse(load_, pbr.baseColorTexture)) load_.addAlphaTexture(material, images_.get(use->image), *use);
     }
+    addVolume(source, material);
     load_.scene.materials.push_back(std::move(material));
 }
 

@@ -15,7 +15,25 @@ constexpr double kLeast = 1e-4; // of angles, from nothing and from half a turn
 struct Film {
     double width = 768, height = 576; // of all of it
     glm::dvec2 cropSize{768, 576}, cropOffset{0};
+    PixelFilter filter = gaussian(0.5); // Mitsuba's default
+
+    static PixelFilter gaussian(double deviation) { return {PixelFilter::Kind::Gaussian, float(4 * deviation), float(deviation)}; }
 };
+
+// Those without negative weights.
+PixelFilter readFilter(MitsubaLoad& load, const MitsubaObject& filter) {
+    constexpr double kWidest = 32; // pixels
+    const std::string& type = filter.type();
+    PixelFilter out;
+    if (type == "tent")
+        out = {PixelFilter::Kind::Tent, float(filter.real("radius", 1, 0.01, kWidest))};
+    else if (type == "gaussian")
+        out = Film::gaussian(filter.real("stddev", 0.5, 0.01, kWidest / 4));
+    else if (type != "box")
+        load.warn("pixels are averaged over their square, in place of Mitsuba's " + type.substr(0, 32) + " filter");
+    load.noteUnread(filter);
+    return out;
+}
 
 Film readFilm(MitsubaLoad& load, const MitsubaObject& sensor) {
     constexpr std::int64_t kMostPixels = 1 << 15;
@@ -23,10 +41,8 @@ Film readFilm(MitsubaLoad& load, const MitsubaObject& sensor) {
     const std::vector<MitsubaObject> films = sensor.objects("film");
     if (films.size() > 1)
         sensor.fail("the sensor has more than one film");
-    if (films.empty()) {
-        load.warn("pixels are averaged over their square, where Mitsuba's default filter is wider");
+    if (films.empty())
         return film;
-    }
     const MitsubaObject& f = films.front();
     film.width = double(f.integer("width", 768, 1, kMostPixels));
     film.height = double(f.integer("height", 576, 1, kMostPixels));
@@ -37,9 +53,8 @@ Film readFilm(MitsubaLoad& load, const MitsubaObject& sensor) {
     if (film.cropOffset.x + film.cropSize.x > film.width || film.cropOffset.y + film.cropSize.y > film.height)
         f.fail("the crop reaches beyond the film");
     const std::vector<MitsubaObject> filters = f.objects("rfilter");
-    const std::string filter = filters.empty() ? "gaussian" : filters.front().type();
-    if (filter != "box")
-        load.warn("pixels are averaged over their square, in place of Mitsuba's " + filter.substr(0, 32) + " filter");
+    if (!filters.empty())
+        film.filter = readFilter(load, filters.front());
     f.ignore({"file_format", "pixel_format", "component_format", "sample_border", "banner", "gamma", "exposure", "high_quality_edges", "compensate",
               "fill", "attach_log", "label", "tonemap_method", "key", "burn"});
     load.noteUnread(f);
@@ -106,6 +121,7 @@ void addSensor(MitsubaLoad& load, const MitsubaObject& sensor) {
             sensor.fail("the sensor sees an area of no size");
     }
     camera.size = glm::uvec2(film.cropSize);
+    camera.filter = film.filter;
     camera.aspect = float(film.cropSize.x / film.cropSize.y);
     // The middle of the crop, from that of the film; rows go down.
     const glm::dvec2 middle = film.cropOffset + 0.5 * film.cropSize - 0.5 * glm::dvec2(film.width, film.height);

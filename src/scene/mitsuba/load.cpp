@@ -81,12 +81,6 @@ Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options)
     else
         load.applyOptions();
     loadMitsubaIntegrator(load);
-    if (!load.oneSided.empty()) {
-        std::string names;
-        for (const std::string& name : load.oneSided)
-            names += (names.empty() ? "" : ", ") + name;
-        load.warn("rendered from both sides, though black from behind in Mitsuba for want of twosided: " + names);
-    }
     load.summarise();
     return std::move(load.scene);
 }

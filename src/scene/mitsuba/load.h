@@ -20,7 +20,6 @@ struct MitsubaLoad : SceneBuilder {
         std::string property;
     };
     std::map<std::string, Origin> origins;
-    std::set<std::string> oneSided; // materials that are black from behind in Mitsuba
 
     // A property that means nothing here is named in one warning.
     void noteUnread(const MitsubaObject& object);

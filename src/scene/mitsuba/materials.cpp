@@ -216,28 +216,21 @@ void MaterialMaker::mask(const MitsubaObject& mask) {
     constexpr float kHalf = 0.5f;
     const MitsubaElement* e = mask.find("opacity");
     const MitsubaElement* target = e ? &load_.document.resolve(*e) : nullptr;
-    material_.alphaMask = true;
-    material_.alphaCutoff = kHalf;
     if (!target || !target->isObject()) {
-        const double opacity = target ? mitsubaColor(load_.document, *target, false).x : kHalf;
-        if (opacity > 0 && opacity < 1)
-            mask.fail("partial opacity is not supported", "surfaces are there or not", "use an opacity of 0 or 1, or a texture");
-        material_.alphaFactor = float(opacity);
-        material_.alphaMask = opacity < 1;
+        material_.alphaFactor = target ? float(std::clamp(mitsubaColor(load_.document, *target, false).x, 0.0, 1.0)) : kHalf;
+        material_.alphaMask = material_.coverage = material_.alphaFactor < 1;
     } else {
+        material_.alphaMask = material_.coverage = true;
         const MitsubaTexture texture = scalarTexture(readMitsubaTexture(load_, MitsubaObject(load_.document, *target)));
-        RawImage opacity = texture.image; // as an image with alpha
-        const auto twice = [](const auto& from, auto& to, std::uint32_t channels) {
-            for (std::size_t i = 0; i < from.size(); i += channels)
-                to.insert(to.end(), {from[i], from[i]});
-        };
-        opacity.bytes.clear();
-        opacity.values.clear();
-        twice(texture.image.bytes, opacity.bytes, texture.image.channels);
-        twice(texture.image.values, opacity.values, texture.image.channels);
-        opacity.channels = 2;
+        const RawImage& from = texture.image;
+        RawImage opacity{from.width, from.height, 2, {}, {}, true}; // as an image with alpha
+        for (std::size_t i = 0; i < from.pixels(); ++i) {
+            const std::size_t at = i * from.channels;
+            const float code = from.bytes.empty() ? from.values[at] : float(from.bytes[at]) / 255.0f;
+            const float value = texture.srgb && !from.linear ? srgbDecode(code) : code;
+            opacity.values.insert(opacity.values.end(), {value, value});
+        }
         load_.addAlphaTexture(material_, opacity, texture.address);
-        load_.warn(material_.name + ": its mask is rendered as holes where the opacity is below one half");
     }
     load_.noteUnread(mask);
 }
@@ -270,10 +263,10 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
         if (wrapped && wrapped->bsdf.type() != "null") {
             maker.leaf(wrapped->bsdf);
             const bool closed = material.model == SurfaceModel::Dielectric || material.model == SurfaceModel::ThinDielectric;
-            if (!wrapped->twosided && !closed)
-                load_.oneSided.insert(material.name);
+            material.oneSided = !wrapped->twosided && !closed;
         } else {
             // What emits is black otherwise, unless it says more.
+            material.oneSided = !emitter && !wrapped;
             maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter || wrapped ? 0.0f : 0.5f), "reflectance");
             maker.constant(SlotKind::Roughness, 1, glm::vec3(1));
             maker.constant(SlotKind::Metallic, 1, glm::vec3(0));

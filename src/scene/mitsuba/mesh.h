@@ -4,6 +4,7 @@
 #include "scene/file_io.h"
 
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,12 @@ struct Mesh {
 // Wavefront OBJ and Stanford PLY. `name` of the file stands in messages. Throws Error(Input).
 Mesh readObj(const Bytes& file, const std::string& name);
 Mesh readPly(const Bytes& file, const std::string& name);
+
+// What readers end a faulty file with, and check at the end.
+[[noreturn]] void failMesh(const std::string& name, const std::string& what);
+void requireFinite(const Mesh& mesh, const std::string& name);
+// As a fan of triangles about its first corner.
+void addPolygon(Mesh& mesh, std::span<const std::uint32_t> corners);
 
 // Smooth normals, weighted by the angles of the triangles at each vertex (Thürmer and Wüthrich 1998).
 void addNormals(Mesh& mesh);

@@ -1,9 +1,6 @@
 // Wavefront OBJ files, by tinyobjloader.
 #include "scene/mitsuba/mesh.h"
 
-#include "base/error.h"
-
-#include <cmath>
 #include <cstring>
 #include <istream>
 #include <limits>
@@ -47,9 +44,7 @@ Mesh readObj(const Bytes& file, const std::string& name) {
     std::string warning, error;
     // Without a reader of materials no other file is opened. Polygons stay what they are: Mitsuba fans them, which tinyobjloader does not.
     const bool read = tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream, nullptr, false, false);
-    const auto fail = [&](const std::string& what) {
-        throw Error(ErrorKind::Input, name + ": " + what, "the mesh is damaged or was written by a faulty exporter", "export it again");
-    };
+    const auto fail = [&](const std::string& what) { failMesh(name, what); };
     if (!read || !error.empty())
         fail("is no Wavefront OBJ: " + error.substr(0, error.find('\n')));
 
@@ -75,31 +70,22 @@ Mesh readObj(const Bytes& file, const std::string& name) {
         }
         return found->second;
     };
+    std::vector<std::uint32_t> polygon;
     for (const tinyobj::shape_t& shape : shapes) {
         std::size_t first = 0;
         for (const std::size_t corners : shape.mesh.num_face_vertices) {
             if (corners > shape.mesh.indices.size() - first)
                 fail("a face has fewer corners than it says");
-            if (corners >= 3) {
-                const std::uint32_t a = vertex(shape.mesh.indices[first]);
-                std::uint32_t b = vertex(shape.mesh.indices[first + 1]);
-                for (std::size_t k = 2; k < corners; ++k) {
-                    const std::uint32_t c = vertex(shape.mesh.indices[first + k]);
-                    mesh.triangles.emplace_back(a, b, c);
-                    b = c;
-                }
-            }
+            polygon.clear();
+            for (std::size_t k = 0; k < corners && corners >= 3; ++k)
+                polygon.push_back(vertex(shape.mesh.indices[first + k]));
+            addPolygon(mesh, polygon);
             first += corners;
         }
         if (first != shape.mesh.indices.size()) // the library counts corners in a byte
             fail("a face has more than 255 corners");
     }
-    for (const glm::dvec3& p : mesh.positions)
-        if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
-            fail("a position is not finite");
-    for (const glm::vec2& uv : mesh.uvs)
-        if (!(std::isfinite(uv.x) && std::isfinite(uv.y)))
-            fail("a texture coordinate is not finite");
+    requireFinite(mesh, name);
     return mesh;
 }
 

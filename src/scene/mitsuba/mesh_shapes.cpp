@@ -1,9 +1,6 @@
-// Mitsuba's analytic shapes as meshes, and normals for meshes without.
+// Mitsuba's analytic shapes as meshes.
 #include "scene/mitsuba/mesh.h"
 
-#include "scene/geometry_builder.h"
-
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -33,21 +30,6 @@ double areaOf(const Mesh& mesh) {
 }
 
 } // namespace
-
-void addNormals(Mesh& mesh) {
-    std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0));
-    for (const glm::uvec3& t : mesh.triangles) {
-        const glm::dvec3 normal(unitOrZero(glm::cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x])));
-        for (int k = 0; k < 3; ++k) {
-            const glm::dvec3 at = mesh.positions[t[k]], a = mesh.positions[t[(k + 1) % 3]] - at, b = mesh.positions[t[(k + 2) % 3]] - at;
-            const double lengths = glm::length(a) * glm::length(b);
-            if (lengths > 0)
-                sums[t[k]] += normal * std::acos(std::clamp(glm::dot(a, b) / lengths, -1.0, 1.0));
-        }
-    }
-    mesh.normals.resize(sums.size());
-    std::transform(sums.begin(), sums.end(), mesh.normals.begin(), unitOrZero);
-}
 
 Mesh rectangleMesh() {
     Mesh mesh;

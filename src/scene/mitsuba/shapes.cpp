@@ -10,7 +10,7 @@
 namespace cmpg {
 namespace {
 
-bool isMeshFile(const std::string& type) { return type == "obj"; }
+bool isMeshFile(const std::string& type) { return type == "obj" || type == "ply"; }
 
 class ShapeLoader {
   public:
@@ -21,7 +21,7 @@ class ShapeLoader {
     void readMeshes(const std::vector<MitsubaObject>& shapes);
     void add(const MitsubaObject& shape);
     const Mesh& meshOf(const MitsubaObject& shape, glm::dmat4& toWorld);
-    void addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, bool flip, bool faceNormals, std::uint32_t material);
+    void addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, std::uint32_t material);
 
     struct MeshFile {
         Mesh mesh;
@@ -61,7 +61,8 @@ void ShapeLoader::readMeshes(const std::vector<MitsubaObject>& shapes) {
     parallelFor(jobs.size(), 1, [&](std::size_t begin, std::size_t) {
         const Job& job = jobs[begin];
         const MitsubaElement& at = *job.shape->find("filename");
-        Mesh mesh = readObj(load_.document.read(at, job.file), load_.document.place(at) + ": " + job.file);
+        const auto read = job.shape->type() == "ply" ? readPly : readObj;
+        Mesh mesh = read(load_.document.read(at, job.file), load_.document.place(at) + ": " + job.file);
         if (!job.smooth)
             mesh.normals.clear();
         else if (mesh.normals.empty())
@@ -101,11 +102,14 @@ const Mesh& ShapeLoader::meshOf(const MitsubaObject& shape, glm::dmat4& toWorld)
         return analytic(cylinderMesh);
     }
     shape.fail("the shape " + type + " is not supported",
-               type == "ply" || type == "serialized" ? "meshes are read from Wavefront OBJ" : type == "instance" || type == "shapegroup" ? "instances are not read" : "",
-               type == "ply" || type == "serialized" ? "convert it to .obj" : "use obj, rectangle, cube, disk, sphere or cylinder");
+               type == "serialized" ? "meshes are read from Wavefront OBJ and PLY" : type == "instance" || type == "shapegroup" ? "instances are not read" : "",
+               type == "serialized" ? "convert it to .ply" : "use obj, ply, rectangle, cube, disk, sphere or cylinder");
 }
 
-void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, bool flip, bool faceNormals, std::uint32_t material) {
+void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, std::uint32_t material) {
+    const bool flip = shape.boolean("flip_normals", false), faceNormals = shape.boolean("face_normals", false);
+    // Readers count v as their format does by default.
+    const bool turnUvs = isMeshFile(shape.type()) && shape.boolean("flip_tex_coords", shape.type() == "obj") != (shape.type() == "obj");
     const std::uint64_t most = load_.options.maxTriangles;
     vertices_ += mesh.positions.size() + 1;
     if (load_.geometry.triangles() + mesh.triangles.size() > most || vertices_ > 3 * most)
@@ -127,7 +131,7 @@ void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const gl
         if (smooth)
             vertex.normal = normal;
         if (!mesh.uvs.empty())
-            vertex.uv0 = mesh.uvs[i];
+            vertex.uv0 = turnUvs ? glm::vec2(mesh.uvs[i].x, 1 - mesh.uvs[i].y) : mesh.uvs[i];
         positions.push_back(vertex.position);
         normals.push_back(normal);
         const std::uint32_t index = load_.geometry.add(vertex);
@@ -151,16 +155,13 @@ void ShapeLoader::add(const MitsubaObject& shape) {
         if (const MitsubaElement* e = shape.find(medium))
             load_.document.fail(*e, "participating media are not supported", "", "leave the medium out");
     glm::dmat4 toWorld = load_.toScene * shape.transform("to_world").value_or(glm::dmat4(1));
-    const bool flip = shape.boolean("flip_normals", false), faceNormals = shape.boolean("face_normals", false);
     const Mesh& mesh = meshOf(shape, toWorld);
-    if (isMeshFile(shape.type()) && !shape.boolean("flip_tex_coords", true))
-        shape.fail("flip_tex_coords = false is not supported", "", "leave it away");
-    shape.ignore({"silhouette_sampling_weight", "collapse", "max_smooth_angle"});
-    load_.noteUnread(shape);
     const std::optional<std::uint32_t> material =
         materials_.of(bsdfs.empty() ? nullptr : &bsdfs[0], emitters.empty() ? nullptr : &emitters[0], load_.nameOf(shape, "shape"));
     if (material)
-        addMesh(shape, mesh, toWorld, flip, faceNormals, *material);
+        addMesh(shape, mesh, toWorld, *material);
+    shape.ignore({"silhouette_sampling_weight", "collapse", "max_smooth_angle", "flip_normals"});
+    load_.noteUnread(shape);
 }
 
 void ShapeLoader::run() {
