@@ -26,7 +26,8 @@ layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
 #include "scene/tape_planes.glsl"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ScanPush push; };
-layout(binding = kBindCounts, scalar) readonly buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
+layout(binding = kBindCountsFirst, scalar) uniform First { QueueCounts firstCounts; };
 layout(binding = kBindSuffixes, scalar) writeonly buffer Suffixes { vec4 suffixes[]; };
 QUEUE_UVEC4(nextSuffix, kBindNextSuffixes)
 QUEUE_UINT(visibility, kBindVisibility)
@@ -104,9 +105,9 @@ void leaveRecord(uint slot, vec3 scattered, vec3 reflected, Terms terms) {
 void main() {
     const uint index = globalIndex();
     const bool all = !kDerivatives || push.shadingClass == kVertexClasses;
-    if (push.count == 0 || index >= (all ? (kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays) : counts[push.bounce].classes[push.shadingClass])) return;
+    if (push.count == 0 || index >= (all ? (kRoulette ? here.vertices : here.rays) : here.classes[push.shadingClass])) return;
     const uint slot = all ? index : sortedVertex(push.shadingClass * push.count + index);
-    if (kRoulette && counts[0].overflow != 0) return; // the batch is void
+    if (kRoulette && firstCounts.overflow != 0) return; // the batch is void
     const Vertex v = readVertex(slot);
     const Found found = gatherFound(v.child);
     float visible = 0.0;
@@ -114,9 +115,9 @@ void main() {
     // A second slice of the gradients repeats the scan for its entries alone.
     const vec3 scattered = v.weight * found.incident;
     const vec3 reflected = visible * v.direct + scattered; // R
-    if (push.firstEntry == 0) suffixes[slot].xyz = v.emission + reflected;
+    if (push.firstEntry == 0) suffixes[slot] = vec4(v.emission + reflected, 0);
     if (kDifference)
-        tangents[slot].xyz = tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent;
+        tangents[slot] = vec4(tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent, 0);
     if (!kDerivatives) {
         if (kRecord) leaveRecord(slot, scattered, reflected, noTerms());
         return;
@@ -143,7 +144,7 @@ void main() {
                 tangent += emissionTerm(tapeWord(kPlaneLight * push.count + slot), tapeGet2(slot, kPlaneLight + 1), lightUv1, factor, reach, terms.lit, terms.own);
         }
     }
-    if (kForward) tangents[slot].xyz = tangent;
+    if (kForward) tangents[slot] = vec4(tangent, 0);
     if (push.firstEntry != 0) return;
     if (kMeasure) moments[slot] = VertexMoment(terms.own.sum, found.norm, terms.own.entry);
     if (kRecord) {

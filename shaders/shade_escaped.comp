@@ -17,7 +17,7 @@
 #include "shared/guide.h"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
-layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindVertices, scalar) writeonly buffer Vertices { uvec4 vertices[]; };
 layout(binding = kBindTape, scalar) writeonly buffer Tape { uint tape[]; };
 layout(binding = kBindGuideVisits, scalar) writeonly buffer GuideVisits { GuideVisit visits[]; };
@@ -27,7 +27,7 @@ layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statisti
 
 void main() {
     const uint index = globalIndex();
-    if (push.count == 0 || index >= counts[push.bounce].classes[kClassEscaped]) return;
+    if (push.count == 0 || index >= here.classes[kClassEscaped]) return;
     const uint slot = sortedVertex(kClassEscaped * push.count + index);
     Copy copy = Copy(slot, 0, 1.0, 1);
     if (kRoulette) copy = readCopy(slot);
@@ -43,14 +43,15 @@ void main() {
         uv = environmentUv(local);
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, local, uv));
-        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0), kDroppedRadiance);
-        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels), kDroppedRadiance);
+        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0));
+        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels));
     }
     if (kDifference) tapeSecond(slot, second);
     if (kDerivatives) {
         tapeSurface(slot, kNone, uv, vec2(0));
         if (kDiffLight) tapePut(slot, kPlaneEmissionWeight, weight);
     }
+    countDropped();
     WRITE_VERTEX(vertices, slot, v)
     if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }

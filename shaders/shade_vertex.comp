@@ -29,6 +29,7 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindNextRays, scalar) writeonly buffer NextRays { uvec4 nextRays[]; };
 layout(binding = kBindShadowRays, scalar) writeonly buffer ShadowRays { uvec4 shadowRays[]; };
 layout(binding = kBindVertices, scalar) writeonly buffer Vertices { uvec4 vertices[]; };
@@ -107,13 +108,13 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         else
             factor = scale * bsdfCos(value.surface, value.normal, wo, light.direction);
         if (kAbsorbing) factor *= kept;
-        factor = keepFinite(factor, kDroppedRadiance);
-        direct = keepFinite(factor * radiance, kDroppedRadiance);
+        factor = keepFinite(factor);
+        direct = keepFinite(factor * radiance);
         wanted = any(notEqual(direct, vec3(0)));
         if (kDifference) {
             vec3 secondFactor = scale * bsdfCos(second.surface, second.normal, wo, light.direction);
             if (kAbsorbing) secondFactor *= kept;
-            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
+            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels));
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
         }
         if (kDiffSurface && differentiated) {
@@ -129,7 +130,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
 
 void main() {
     const uint index = globalIndex();
-    if (push.count == 0 || index >= counts[push.bounce].classes[kClass]) return;
+    if (push.count == 0 || index >= here.classes[kClass]) return;
     const uint slot = sortedVertex(kClass * push.count + index);
     Copy copy = Copy(slot, 0, 1.0, 1);
     if (kRoulette) copy = readCopy(slot);
@@ -161,9 +162,9 @@ void main() {
         emissionWeight = 1.0;
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
-        v.emission = keepFinite(emissionWeight * radiance, kDroppedRadiance);
+        v.emission = keepFinite(emissionWeight * radiance);
         if (kDifference)
-            second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels), kDroppedRadiance);
+            second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels));
     }
     if (kDerivatives) {
         tapeSurface(slot, p.material, p.uv0, p.uv1);
@@ -201,9 +202,9 @@ void main() {
             } else {
                 v.weight = scattered(value, sampling.normal, wo, wi, single) / pdf;
             }
-            v.weight = keepFinite(v.weight, kDroppedRadiance);
+            v.weight = keepFinite(v.weight);
             // A black albedo ends no path whose derivative lives.
-            if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf, kDroppedRadiance);
+            if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf);
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anyDerivative(d));
             scatters = wantRay;
             // By the values that sampling goes by, as all decisions.
@@ -254,5 +255,6 @@ void main() {
         const ShadowRay shadow = ShadowRay(origin, reach, light.hasTarget ? way / max(reach, 1e-30) : light.direction, slot);
         WRITE_SHADOW_RAY(shadowRays, v.shadow, shadow)
     }
+    countDropped();
     WRITE_VERTEX(vertices, slot, v)
 }

@@ -11,9 +11,11 @@
 #define CMPG_READ_COPIES
 #include "scene/queues.glsl"
 #include "lib/dispatch.glsl"
+#include "shared/swizzle.h"
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindSorted, scalar) writeonly buffer Sorted { uint sorted[]; };
 
 uint classOf(Hit hit) {
@@ -21,18 +23,15 @@ uint classOf(Hit hit) {
     return materialTexel(triangleIndices(hit.triangle).w * kMaterialTexels + 1).w >> kMaterialClassShift & kMaterialClassMask;
 }
 
-// Each lane sorts kRounds vertices, so that a subgroup asks once for the places of all.
-const uint kRounds = kTraceChunk / kVertexGroup;
-
+// Each invocation sorts kChunkRounds vertices, so that a subgroup asks once for the places of all.
 void main() {
-    const uint count = kRoulette ? counts[push.bounce].vertices : counts[push.bounce].rays;
-    const uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    const uint share = kTraceChunk / gl_NumSubgroups, begin = group * kTraceChunk + gl_SubgroupID * share + gl_SubgroupInvocationID;
+    const uint count = kRoulette ? here.vertices : here.rays;
+    const uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, begin = group * kTraceChunk + chunkItem(gl_LocalInvocationIndex, 0);
     if (push.count == 0) return;
-    uint shadingClass[kRounds], rank[kRounds];
+    uint shadingClass[kChunkRounds], rank[kChunkRounds];
     uvec4 totals = uvec4(0); // a class each
-    for (uint r = 0; r < kRounds; ++r) {
-        const uint slot = begin + r * gl_SubgroupSize;
+    for (uint r = 0; r < kChunkRounds; ++r) {
+        const uint slot = begin + r * kChunkRun;
         shadingClass[r] = slot < count ? classOf(readHit(kRoulette ? readCopy(slot).ray : slot)) : kVertexClasses;
         for (uint c = 0; c < kVertexClasses; ++c) {
             if ((kClasses >> c & 1u) == 0) continue;
@@ -48,10 +47,9 @@ void main() {
             if (totals[c] == 0) continue;
             first[c] = atomicAdd(counts[push.bounce].classes[c], totals[c]);
             atomicMax(counts[push.bounce].classGroups[c].x, (first[c] + totals[c] + kVertexGroup - 1) / kVertexGroup);
-            counts[push.bounce].classGroups[c].yz = uvec2(1);
         }
     }
     first = subgroupBroadcastFirst(first);
-    for (uint r = 0; r < kRounds; ++r)
-        if (shadingClass[r] != kVertexClasses) sorted[shadingClass[r] * push.count + first[shadingClass[r]] + rank[r]] = begin + r * gl_SubgroupSize;
+    for (uint r = 0; r < kChunkRounds; ++r)
+        if (shadingClass[r] != kVertexClasses) sorted[shadingClass[r] * push.count + first[shadingClass[r]] + rank[r]] = begin + r * kChunkRun;
 }

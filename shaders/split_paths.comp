@@ -18,6 +18,7 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
 layout(binding = kBindCopies, scalar) writeonly buffer Copies { uvec4 copies[]; };
 
@@ -39,7 +40,7 @@ float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
 
 void main() {
     const uint slot = globalIndex();
-    if (push.count == 0 || slot >= counts[push.bounce].rays) return;
+    if (push.count == 0 || slot >= here.rays) return;
     const Ray ray = readRay(slot);
     const uvec2 path = readPath(ray.path);
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);

@@ -10,13 +10,14 @@ layout(local_size_x = 64) in;
 
 layout(binding = kBindHits, scalar) writeonly buffer Hits { uvec4 hits[]; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
     if (push.count == 0u)
         return;
-    const RayRun run = runOfRays(min(push.count, counts[push.bounce].rays));
-    for (uint i = run.next; i < run.end; i += gl_SubgroupSize) {
+    const RayRun run = runOfRays(gl_LocalInvocationIndex, min(push.count, here.rays));
+    for (uint i = run.next; i < run.end; i += kChunkRun) {
         const Ray ray = readRay(i);
         beginRay(ray.origin, ray.direction, uintBitsToFloat(0x7f800000u));
         if (walk())

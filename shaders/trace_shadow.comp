@@ -12,13 +12,14 @@ layout(local_size_x = 64) in;
 
 layout(binding = kBindVisibility, scalar) writeonly buffer Visibility { uint visible[]; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
+layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 
 void main() {
     if (push.count == 0u)
         return;
-    const RayRun run = runOfRays(min(push.count, counts[push.bounce].shadowRays));
-    for (uint i = run.next; i < run.end; i += gl_SubgroupSize) {
+    const RayRun run = runOfRays(gl_LocalInvocationIndex, min(push.count, here.shadowRays));
+    for (uint i = run.next; i < run.end; i += kChunkRun) {
         const ShadowRay ray = readShadowRay(i);
         beginRay(ray.origin, ray.direction, ray.distance);
         if (walk())

@@ -1,6 +1,5 @@
-// Which rays a subgroup traces: a run of its own, each lane every gl_SubgroupSize-th of it.
+// Which rays an invocation traces, and of which count.
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_KHR_shader_subgroup_basic : require
 #include "shared/features.h"
 #include "shared/swizzle.h"
 #include "shared/wavefront.h"
@@ -9,15 +8,15 @@ layout(constant_id = kTraceThreads) const uint kDriverThreads = 1u; // threads t
 layout(constant_id = kTraceStack) const uint kStack = 0u;
 
 // lavapipe ends all loops of a subgroup, silently, after 65 535 iterations of any of them. Giving a ray up before that keeps the loss visible.
-const uint kMaxSteps = 60000u / (kTraceChunk / kVertexGroup);
+const uint kMaxSteps = 60000u / kChunkRounds;
 
 struct RayRun {
-    uint next, end; // this lane's first ray, and the end of the subgroup's
+    uint next, end; // this invocation's rays: every kChunkRun-th of them
 };
 
-RayRun runOfRays(uint count) {
+RayRun runOfRays(uint invocation, uint count) {
     const uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
     const uint group = swizzleGroup(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, groups, kDriverThreads);
-    const uint share = kTraceChunk / gl_NumSubgroups, first = group * kTraceChunk + gl_SubgroupID * share;
-    return RayRun(first + gl_SubgroupInvocationID, min(count, first + share));
+    const uint first = group * kTraceChunk + chunkItem(invocation, 0u);
+    return RayRun(first, min(count, first + kChunkRounds * kChunkRun));
 }

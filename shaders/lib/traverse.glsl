@@ -2,8 +2,9 @@
 //     kAlphaMask, a bool constant, and, asked only with it, bool isCutOut(uint triangle, vec2 barycentrics, vec3 origin, vec3 direction)
 // (shaders/scene/trace_masks.glsl), and drives rays by beginRay, walk and endRay. CMPG_ANY_HIT: a ray ends at the first hit.
 //
-// A step reads one record, of a box node or of a leaf block. Groups of children put aside stand in registers, which are shifted: a stack in an
-// array costs a CPU driver a scattered access of memory for every step. Trees too deep for kStack of them have the array (kStack = 0).
+// A step reads one record, of a box node or of a leaf block. Groups of children put aside stand in registers, each written and read by comparing its
+// place with rayTop: a stack in an array costs a CPU driver a scattered access of memory for every step, and shifting the registers four selects of
+// each instead of three. Trees too deep for kStack of them have the array (kStack = 0).
 #include "shared/bindings.h"
 #include "shared/bvh_node.h"
 #include "shared/wavefront.h"
@@ -13,6 +14,7 @@ READ_UVEC4(nodeTexel, kBindNodes)
 
 const uint kBlocksShift = 27u;      // in rayCursor: leaf blocks still to be tested, above the record's index; 0: a box node
 const uint kRecordIndex = 0x07ffffffu;
+const uint kPending = 0xfffffffeu; // in rayCursor: the next child is to be found
 const int kMissed = 0x7fffffff;
 
 vec3 rayOrigin, rayDirection, rayInverse;
@@ -22,42 +24,30 @@ vec2 rayBarycentrics;        // of the block's triangle: weights of its second a
 uint rayBlock;               // record * 2 + (0: triangle A, 1: B) of that hit, or kNone
 uint rayCursor;              // what to step at next, or kNone
 uvec2 rayGroup;              // children of one node still to be visited: their base and a byte each, nearest first
-// Groups put aside, the last first: kStack of them, or in the array.
+uvec2 rayAside;              // group that a step made way for, to be put aside at its end; empty: none
+// Groups put aside: in kStack registers, or in the array. Empty after rayTop of them.
 uvec2 aside0, aside1, aside2, aside3, aside4, aside5, aside6, aside7, aside8, aside9, aside10, aside11;
 uint rayTop;
-uvec2 rayStack[kMaxBvhDepth + 1];
+uvec2 rayStack[kMaxBvhDepth];
 
-void emptyStack() {
-    aside0 = aside1 = aside2 = aside3 = aside4 = aside5 = aside6 = aside7 = aside8 = aside9 = aside10 = aside11 = uvec2(0);
-    if (kStack == 0u) {
-        rayTop = 0;
-        rayStack[0] = uvec2(0);
-    }
-}
+uvec2 pick(bool condition, uvec2 yes, uvec2 no) { return mix(no, yes, bvec2(condition)); }
 
-void putAside(uvec2 group) {
+// Puts a group aside, or takes the last one back, or neither; returns the last one. Selects in the flow of the loop: in branches a CPU driver
+// would select each register once for every level of them.
+uvec2 moveStack(bool push, bool pop, uvec2 group) {
+    uvec2 last = uvec2(0);
     if (kStack == 0u) {
-        ++rayTop;
-        rayStack[rayTop] = group;
-        return;
+        if (push)
+            rayStack[rayTop] = group;
+        if (pop && rayTop > 0u)
+            last = rayStack[rayTop - 1u];
     }
-    if (kStack > 8u) aside11 = aside10, aside10 = aside9, aside9 = aside8, aside8 = aside7;
-    if (kStack > 4u) aside7 = aside6, aside6 = aside5, aside5 = aside4, aside4 = aside3;
-    aside3 = aside2, aside2 = aside1, aside1 = aside0, aside0 = group;
-}
-
-// The last group put aside, or one without children.
-uvec2 takeBack() {
-    if (kStack == 0u) {
-        const uvec2 group = rayStack[rayTop];
-        --rayTop; // wraps below an empty stack, when the ray is done
-        return group;
-    }
-    const uvec2 group = aside0;
-    aside0 = aside1, aside1 = aside2, aside2 = aside3, aside3 = aside4;
-    if (kStack > 4u) aside4 = aside5, aside5 = aside6, aside6 = aside7, aside7 = aside8;
-    if (kStack > 8u) aside8 = aside9, aside9 = aside10, aside10 = aside11, aside11 = uvec2(0);
-    return group;
+    const uint place = push ? rayTop : kNone;
+#define REGISTER(depth, aside) if (kStack > depth) last = pick(rayTop == depth + 1u, aside, last), aside = pick(place == depth, group, aside);
+    REGISTER(0u, aside0) REGISTER(1u, aside1) REGISTER(2u, aside2) REGISTER(3u, aside3) REGISTER(4u, aside4) REGISTER(5u, aside5)
+    REGISTER(6u, aside6) REGISTER(7u, aside7) REGISTER(8u, aside8) REGISTER(9u, aside9) REGISTER(10u, aside10) REGISTER(11u, aside11)
+    rayTop += push ? 1u : pop ? ~0u : 0u; // below an empty stack the ray is done
+    return last;
 }
 
 void beginRay(vec3 origin, vec3 direction, float limit) {
@@ -82,7 +72,7 @@ void beginRay(vec3 origin, vec3 direction, float limit) {
     rayBlock = kNone;
     rayCursor = 0;
     rayGroup = uvec2(0);
-    emptyStack();
+    rayTop = 0u;
 }
 
 // The original corner order of a block's triangle: weights of its second and third vertex.
@@ -118,7 +108,7 @@ vec3 normalOf(vec3 diagonal, vec3 along, vec3 side) { return cross(side - dot(si
 // Whether a hit of the triangle with these corner weights (not normalised) counts; then it becomes the nearest.
 void tryTriangle(float w0, float w1, float w2, vec3 corner, vec3 normal, uint block) {
     const float sum = w0 + w1 + w2; // 0: edge on
-    const bool inside = sum != 0.0 && (min(min(w0, w1), w2) >= 0.0 || max(max(w0, w1), w2) <= 0.0);
+    const bool inside = sum != 0.0 && ((w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0) || (w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0));
     const float t = dot(corner, normal) / dot(rayDirection, normal);
     const vec2 weights = vec2(w1, w2) / sum;
     if (inside && t > 0.0 && t < rayLimit && acceptBlock(block, weights)) {
@@ -128,17 +118,16 @@ void tryTriangle(float w0, float w1, float w2, vec3 corner, vec3 normal, uint bl
     }
 }
 
-// Goes to the nearest child that is still to be visited.
-void advance() {
-    if (rayGroup.y == 0u)
-        rayGroup = takeBack();
-    const uint child = rayGroup.y & 0xffu;
-    rayCursor = child == 0u ? kNone : (rayGroup.x + (child & kChildOffset)) | ((child >> kChildBlocksShift & kChildBlocks) << kBlocksShift);
-    rayGroup.y >>= 8;
+// The nearest child of the group that is still to be visited, and takes it out; kNone where there is none.
+uint takeChild(inout uvec2 group) {
+    const uint child = group.y & 0xffu;
+    const uint cursor = (group.x + (child & kChildOffset)) | ((child >> kChildBlocksShift & kChildBlocks) << kBlocksShift);
+    group.y >>= 8;
+    return child == 0u ? kNone : cursor;
 }
 
 bool atNode() { return rayCursor <= kRecordIndex; }
-bool atLeaf() { return rayCursor > kRecordIndex && rayCursor != kNone; }
+bool atLeaf() { return rayCursor > kRecordIndex && rayCursor < kPending; }
 
 // Entry distance into child c with c in its two lowest bits, or kMissed. Distances are compared as integers: the same order for
 // values >= 0, and a negative value stays below them, which is all a slab test needs; lavapipe spends one instruction on it where a
@@ -174,11 +163,10 @@ void stepNode() {
     const uint group = childByte(min(a0, a2), r2.w) | childByte(min(b1, b2), r2.w) << 8 | childByte(max(b1, b2), r2.w) << 16 |
                        childByte(max(a1, a3), r2.w) << 24;
     if (group != 0u) {
-        if (rayGroup.y != 0u)
-            putAside(rayGroup);
+        rayAside = rayGroup;
         rayGroup = uvec2(r2.z, group);
     }
-    advance();
+    rayCursor = rayGroup.y == 0u ? kPending : takeChild(rayGroup);
 }
 
 void stepLeaf() {
@@ -204,7 +192,17 @@ void stepLeaf() {
 #endif
     rayCursor += 1u - (1u << kBlocksShift);
     if (atNode())
-        advance();
+        rayCursor = kPending;
+}
+
+// Goes to the nearest child that is still to be visited, of the last group that has one.
+void advance() {
+    const bool next = rayCursor == kPending, put = rayAside.y != 0u;
+    const bool empty = next && rayGroup.y == 0u;
+    const uvec2 last = moveStack(put && !empty, empty && !put, rayAside);
+    rayGroup = pick(empty, pick(put, rayAside, last), rayGroup);
+    if (next)
+        rayCursor = takeChild(rayGroup);
 }
 
 // Steps until the ray has ended. True: it was given up, because it met too many records.
@@ -213,10 +211,12 @@ void stepLeaf() {
 bool walk() {
     uint steps = 0u;
     while (rayCursor != kNone && steps < kMaxSteps) {
+        rayAside = uvec2(0);
         if (atNode())
             stepNode();
         if (atLeaf())
             stepLeaf();
+        advance();
         ++steps;
     }
     return rayCursor != kNone;

@@ -15,11 +15,17 @@ Prefix loadPrefix(uint ray, Copy copy) {
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
 
-// Drops what is not a number, and says so in the statistics.
-vec3 keepFinite(vec3 v, uint counter) {
+uint dropped = 0; // factors of this vertex that are no numbers
+
+vec3 keepFinite(vec3 v) {
     if (isFinite(v)) return v;
-    atomicAdd(statistics[counter], 1);
+    ++dropped;
     return vec3(0);
+}
+
+// Says so in the statistics, once for all: a CPU driver goes through an atomic's lanes even if none takes it.
+void countDropped() {
+    if (dropped > 0) atomicAdd(statistics[kDroppedRadiance], dropped);
 }
 
 // MIS weight of emission found by a direction drawn with density `drawn` which light sampling picks with density `light`. Single directions are no

@@ -47,6 +47,8 @@ CMPG_CONST kBindNextRays = 33;
 CMPG_CONST kBindHits = 34;
 CMPG_CONST kBindShadowRays = 35;
 CMPG_CONST kBindCounts = 36; // QueueCounts a bounce
+CMPG_CONST kBindCountsHere = 60; // the bounce's own, for what no invocation of the kernel changes: from a storage buffer a CPU driver reads lane by lane
+CMPG_CONST kBindCountsFirst = 61; // the first bounce's, likewise
 CMPG_CONST kBindVisibility = 37; // uint a shadow ray: 1 = visible
 CMPG_CONST kBindPrefixes = 38; // Prefix a ray, derivative modes
 CMPG_CONST kBindNextPrefixes = 39;

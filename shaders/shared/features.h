@@ -55,7 +55,8 @@ CMPG_CONST kTraceAlphaMask = 1; // as kFeatureAlphaMask; the rest matters only w
 CMPG_CONST kTraceAttributeTexels = 2; // vec4s a vertex
 CMPG_CONST kTraceTexcoord1 = 3;
 CMPG_CONST kTraceColors = 4;
-CMPG_CONST kTraceStack = 5; // groups of children that traversal keeps in registers: 4, 8, 12; 0: in an array, for deeper trees
+CMPG_CONST kTraceStack = 5; // groups of children that traversal keeps in registers; 0: in an array, for deeper trees
+CMPG_CONST kMaxTraceStack = 12;
 CMPG_CONST kTraceCoverage = 6; // as kFeatureCoverage
 CMPG_CONST kTraceCount = 7;
 

@@ -14,5 +14,16 @@ uint swizzleGroup(uint group, uint groups, uint threads) {
     return group < each * threads ? (group % each) * threads + group / each : group;
 }
 
+// Which of a chunk's 256 items an invocation takes in a round: neighbours side by side, eight to a run, as many as a vector of CPU drivers has. By the
+// number in the workgroup alone: it holds for any size of subgroup, wider than the workgroup too.
+CMPG_CONST kChunkRounds = 4;
+CMPG_CONST kChunkRun = 8;
+#ifdef __cplusplus
+constexpr
+#endif
+uint chunkItem(uint invocation, uint round) {
+    return (invocation / kChunkRun * kChunkRounds + round) * kChunkRun + invocation % kChunkRun;
+}
+
 CMPG_SHARED_END
 #endif

@@ -85,6 +85,7 @@ struct QueueCounts {
     uvec3 sortGroups; // sort_vertices: kTraceChunk vertices a workgroup
     uint classes[kVertexClasses]; // vertices of each
     uvec3 classGroups[kVertexClasses];
+    uint reserved[24]; // a uniform buffer begins at multiples of 256 bytes
 };
 
 // One vertex of the tape, three texels: the local factors of the estimator, nothing multiplied by the prefix or divided by it.

@@ -100,6 +100,8 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
         counts[0].sortGroups = counts[0].rayGroups;
         counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
         counts[0].arrivalGroups = counts[0].vertexGroups;
+        for (gpu::QueueCounts& c : counts)
+            std::fill(std::begin(c.classGroups), std::end(c.classGroups), glm::uvec3(0, 1, 1)); // x: sort_vertices
         pools().counts.uploadAll(counts);
         if (film) {
             beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry.film);

@@ -3,12 +3,16 @@
 
 #include "base/error.h"
 #include "shared/bindings.h"
+#include "shared/swizzle.h"
 
 #include <algorithm>
 
 namespace cmpg {
 
 namespace {
+
+static_assert(sizeof(gpu::QueueCounts) == 256); // a bounce's counts are a uniform buffer of their own
+static_assert(gpu::kChunkRounds * gpu::kVertexGroup == gpu::kTraceChunk);
 
 using gpu::kModeDifference, gpu::kModeForward, gpu::kModeReverse;
 
@@ -188,10 +192,12 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     common.set(gpu::kBindAdjoint, pools.adjoint).set(gpu::kBindDirection, pools.direction);
     common.set(gpu::kBindGradients, pools.gradients, 0, std::min(pools.gradients.size(), gradientSlice() * 8));
     common.set(gpu::kBindLayers, pools.layerSamples).set(gpu::kBindLayerFilm, pools.layerFilm);
+    common.set(gpu::kBindCountsFirst, pools.counts, 0, sizeof(gpu::QueueCounts));
     std::vector<Bindings> atBounce(depth, common);
     for (std::uint32_t b = 0; b < depth; ++b) {
         const Pools::Bounce& here = pools.bounces[b];
         const Pools::Bounce& next = pools.bounces[std::min(b + 1, depth - 1)]; // the last bounce continues nothing
+        atBounce[b].set(gpu::kBindCountsHere, pools.counts, b * sizeof(gpu::QueueCounts), sizeof(gpu::QueueCounts));
         atBounce[b].set(gpu::kBindSorted, pools.bounces[pools.needs.derivatives() ? b : 0].sorted);
         atBounce[b].set(gpu::kBindRays, pools.rays[b % 2]).set(gpu::kBindNextRays, pools.rays[(b + 1) % 2]);
         atBounce[b].set(gpu::kBindVertices, here.vertices).set(gpu::kBindSuffixes, here.suffixes).set(gpu::kBindNextSuffixes, next.suffixes);

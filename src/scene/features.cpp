@@ -288,9 +288,8 @@ std::array<std::uint32_t, gpu::kTraceCount> FeatureSet::traceConstants(std::uint
     std::array<std::uint32_t, gpu::kTraceCount> c{};
     c[gpu::kTraceThreads] = threads;
     // On the way to a leaf every box node but the last puts one group aside at most.
-    for (const std::uint32_t registers : {12u, 8u, 4u})
-        if (bvhDepth <= registers + 1)
-            c[gpu::kTraceStack] = registers;
+    if (bvhDepth <= gpu::kMaxTraceStack + 1)
+        c[gpu::kTraceStack] = std::max(bvhDepth, 2u) - 1;
     c[gpu::kTraceAlphaMask] = alphaMask;
     c[gpu::kTraceCoverage] = coverage;
     c[gpu::kTraceAttributeTexels] = attributeTexels();

@@ -90,7 +90,7 @@ vk::DescriptorSet Commands::Impl::allocateSet(vk::DescriptorSetLayout layout) {
             }
         }
         const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, kSetsPerPool * 16),
-                               vk::DescriptorPoolSize(vk::DescriptorType::eUniformBuffer, kSetsPerPool * 3),
+                               vk::DescriptorPoolSize(vk::DescriptorType::eUniformBuffer, kSetsPerPool * 5),
                                vk::DescriptorPoolSize(device.variant == KernelVariant::Cpu ? vk::DescriptorType::eStorageTexelBuffer
                                                                                            : vk::DescriptorType::eUniformTexelBuffer,
                                                       kSetsPerPool * 8)};

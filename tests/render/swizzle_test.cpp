@@ -1,5 +1,6 @@
 // The order of workgroups on CPU drivers, compiled from the shaders' own source.
 #include "shared/swizzle.h"
+#include "shared/wavefront.h"
 
 #include <gtest/gtest.h>
 #include <vector>
@@ -29,6 +30,19 @@ TEST(Swizzle, ThreadsWalkSideBySide) {
 TEST(Swizzle, OneThreadKeepsTheOrder) {
     for (gpu::uint g = 0; g < 100; ++g)
         EXPECT_EQ(gpu::swizzleGroup(g, 100, 1), g);
+}
+
+// By the invocation's number alone, so the subgroups may have any size.
+TEST(Chunk, EveryItemIsTakenOnce) {
+    std::vector<int> taken(gpu::kTraceChunk, 0);
+    for (gpu::uint invocation = 0; invocation < gpu::kVertexGroup; ++invocation)
+        for (gpu::uint round = 0; round < gpu::kChunkRounds; ++round) {
+            const gpu::uint item = gpu::chunkItem(invocation, round);
+            ASSERT_LT(item, gpu::kTraceChunk);
+            ++taken[item];
+            EXPECT_EQ(item, gpu::chunkItem(invocation, 0) + round * gpu::kChunkRun); // as the kernels step
+        }
+    EXPECT_EQ(taken, std::vector<int>(gpu::kTraceChunk, 1));
 }
 
 } // namespace

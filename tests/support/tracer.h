@@ -43,7 +43,7 @@ class Tracer {
         counts.rays = counts.shadowRays = n;
         counts_.uploadAll(std::vector{counts});
         Bindings bindings = scene_;
-        bindings.set(gpu::kBindNodes, records_).set(gpu::kBindCounts, counts_).set(inputSlot, input).set(resultSlot, result);
+        bindings.set(gpu::kBindNodes, records_).set(gpu::kBindCounts, counts_).set(gpu::kBindCountsHere, counts_).set(inputSlot, input).set(resultSlot, result);
         Commands commands(device_);
         const std::uint64_t groups = (n + gpu::kTraceChunk - 1) / gpu::kTraceChunk;
         commands.dispatch(kernel, bindings, groups * kernel.localSize(), gpu::BouncePush{0, n});
