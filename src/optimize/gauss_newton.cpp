@@ -11,7 +11,9 @@ namespace cmpg {
 namespace {
 
 constexpr std::size_t kChunk = 1 << 15;
-constexpr float kMomentum = 0.5f;
+// Momentum of entries whose last step goes against this one's, and of others where the gradient is all signal: what images hardly tell, such as texels
+// finer than a pixel, goes a small part of the distance in a step of a diagonal, always in one direction. Noise goes back and forth.
+constexpr float kMomentum = 0.5f, kMostMomentum = 0.75f;
 constexpr double kLeastCurvature = 1e-3; // of the mean: entries that no path met in the passes that measured it
 constexpr double kNewWeight = 0.3;       // of the latest step in the averages of signal and noise
 constexpr double kLeastShare = 0.02;     // of the signal: the average may be below 0 by chance
@@ -159,8 +161,9 @@ std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, co
     const float reach = float(std::min(kNewtonReach * rate, 1e30)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();
     float* velocity = moments.first.data();
+    const float along = kMomentum + (kMostMomentum - kMomentum) * share;
     forEach(count, [&](std::size_t i) {
-        const float wanted = kMomentum * velocity[i] - share * step[i];
+        const float wanted = (velocity[i] * step[i] < 0 ? along : kMomentum) * velocity[i] - share * step[i];
         const float moved = std::clamp(values[i] + (wanted == wanted ? std::clamp(wanted, -reach, reach) : 0.f), lowest, highest);
         velocity[i] = moved - values[i];
         values[i] = moved;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -95,6 +96,22 @@ double toleratedLoss(Loss loss, const Target& target) {
     for (float& value : wrong.values)
         value += float(off);
     return evaluateLoss(loss, wrong, target.image, target.mask).value;
+}
+
+// As likely as the errors of an image are: those that its noise explains, and those that are there beyond it, by the target's noise or since values are
+// still on their way. Where the image answers to the parameters. Values that fit noise lower the second part, not the first. Twice the mean square:
+// exp(-n loss / tolerated) is a normal distribution then.
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
+    std::vector<float> weights = target.mask;
+    if (!shares.empty()) {
+        weights.resize(shares.size(), 1.f);
+        for (std::size_t p = 0; p < weights.size(); ++p)
+            weights[p] *= shares[p] * shares[p];
+    }
+    if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
+        return std::numeric_limits<double>::infinity();
+    const double whole = evaluateLoss(loss, image.mean(), target.image, weights).value, beyond = evaluateLoss(loss, image.half, target.image, weights).value;
+    return 2 * (whole - std::min(0.0, beyond));
 }
 
 // Light has no range to measure differences by, and nothing is known of those of normals.
@@ -287,8 +304,12 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.loss += loss.value / views;
     report.lossError = std::hypot(report.lossError, loss.error / views);
     report.dropped += loss.nonFinite;
-    if (const double tolerance = tolerance_[view]; tolerance > 0)
-        information_ += loss.values / tolerance;
+    if (const double most = tolerance_[view]; most > 0) {
+        constexpr double kLeast = 1e-4; // of the most: targets without any noise
+        const bool known = config_.loss == Loss::Mse || config_.loss == Loss::RelativeMse;
+        const double expected = known ? expectedLoss(config_.loss, image, target, shares_[view]) : most;
+        information_ += loss.values / std::clamp(expected, kLeast * most, most);
+    }
     report.samples += image.paths;
 
     const ScopedTime time(report.secondsGradient);

@@ -29,7 +29,7 @@ struct OptimizeConfig {
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
     // square of theirs; of slots
-    // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely. What
+    // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely, or, with a squared loss, as large ones as there are where that is less. What
     // is recovered is the most likely texture under both (maximum a posteriori). 0: any texture is as likely.
     double prior = 0;
     std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all

@@ -174,6 +174,78 @@ TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
 }
 
+double errorAfter(std::vector<Target> targets, double prior, double noise, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, noise);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets = std::move(targets);
+    config.prior = prior;
+    Optimization run(model, scene, config, {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+// Images are trusted by their noise: the prior pulls noticeably at values while little is known, and no longer when images have told them.
+TEST(GaussNewton, PriorFadesAsImagesGetPrecise) {
+    const std::vector<Target> targets = makeTargets(2, 16, 16);
+    EXPECT_LT(errorAfter(targets, 8, 0, 100), 1e-3);
+    const double early = errorAfter(targets, 8, 0.3, 10), late = errorAfter(targets, 8, 0.3, 160);
+    EXPECT_LT(late, 0.3 * early);
+}
+
+// The prior's weight follows from how far images are off: by the noise of a target as well, which no samples take away.
+TEST(GaussNewton, PriorStaysWhereTargetsAreNoisy) {
+    const auto weight = [](double off) {
+        Scene scene = makeScene();
+        LinearModel model(scene, 2, 16, 16, 0);
+        OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+        config.prior = 8;
+        std::mt19937 random(8);
+        std::normal_distribution<float> normal(0, 1);
+        for (Target& target : config.targets)
+            for (float& value : target.image.values)
+                value += float(off) * normal(random);
+        Optimization run(model, scene, config, {0, 1});
+        while (run.state().step < 60)
+            run.step();
+        std::vector<double> ignored(scene.parameters[0].entries());
+        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorEpsilon);
+        return run.step().regularizer / variation;
+    };
+    constexpr double kOff = 0.02, kEntries = 48, kValues = 2 * 16 * 16 * 3;
+    EXPECT_NEAR(weight(kOff) / (8 * kEntries * 2 * kOff * kOff / kValues), 1, 0.2);
+    EXPECT_LT(weight(0), 0.1 * weight(kOff));
+}
+
+// What images hardly tell, such as texels finer than a pixel: a diagonal bounds the curvature from far above.
+TEST(GaussNewton, ReachesBlurredTexels) {
+    constexpr std::size_t kTexels = 32;
+    Parameter texture = makeParameter("m.roughness", SlotKind::Roughness, kTexels, 1, 1, 0.5f);
+    Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
+    const auto blurred = [&](std::span<const double> x) { // the mean of each texel and its neighbours, with weights 1, 2, 1
+        std::vector<double> y(kTexels);
+        for (std::size_t i = 0; i < kTexels; ++i)
+            y[i] = 0.25 * x[i > 0 ? i - 1 : i] + 0.5 * x[i] + 0.25 * x[i + 1 < kTexels ? i + 1 : i];
+        return y;
+    };
+    const auto curvature = [&](std::span<const double> x) { return blurred(blurred(x)); };
+    std::vector<double> product = curvature(std::vector<double>(kTexels, 0.05)), error(kTexels);
+    addCurvature(product, 0.05f, moments);
+    const std::vector<double> noise(kTexels, 0.0);
+    const auto truth = [](std::size_t i) { return i % 3 == 0 ? 0.7 : 0.4; };
+    double squares = 0;
+    for (int step = 0; step < 60; ++step) {
+        squares = 0;
+        for (std::size_t i = 0; i < kTexels; ++i) {
+            error[i] = double(texture.values[i]) - truth(i);
+            squares += error[i] * error[i] / kTexels;
+        }
+        updateByGaussNewton(0.04, {curvature(error), noise}, TotalVariationBound(texture), moments, texture);
+    }
+    EXPECT_LT(std::sqrt(squares), 0.01);
+}
+
 // Pixels that answer to the parameters get the samples, every pixel one at least, and all together about as many as asked for.
 TEST(GaussNewton, ImagesAreSampledWhereTheyAnswer) {
     Scene scene = makeScene();
