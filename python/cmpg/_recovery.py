@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, load_image, names_of
-from ._cmpg import RecoveryStep
+from ._cmpg import PassReport, RecoveryStep
 from ._errors import UsageError
 from ._renderer import path_options
 from ._scene import Device, Scene
@@ -116,9 +116,19 @@ class Recovery(Iterator[RecoveryStep]):
         """Of the last step, regulariser included, in the parameter's shape; zeros before the first."""
         return as_image(self._handle.gradient(self._info(name)))
 
-    def image(self, target: int = 0, spp: int = 64) -> Image:
-        """What the camera of a target (by its number) sees at the current values, (height, width, 3)."""
-        return as_image(self._handle.image(target, spp))
+    @property
+    def history(self) -> list[RecoveryStep]:
+        """What the steps done have found, those before resume() included: without warnings."""
+        return self._handle.history()
+
+    @property
+    def report(self) -> PassReport:
+        """What all passes so far cost and left out, and how directions are drawn now."""
+        return self._handle.report()
+
+    def image(self, target: int = 0, spp: int = 64, initial: bool = False) -> Image:
+        """What the camera of a target (by its number) sees at the current values, or at those where the recovery began, (height, width, 3)."""
+        return as_image(self._handle.image(target, spp, initial))
 
     @property
     def errors(self) -> dict[str, Any]:
@@ -155,7 +165,8 @@ class Recovery(Iterator[RecoveryStep]):
             False where the folder has nothing of the kind.
 
         Raises:
-            InputError: it is of another recovery; the first difference is named.
+            UsageError: it is of a recovery with other options; the first difference is named.
+            InputError: it is of another scene or target, or cannot be read.
         """
         return self._handle.resume(folder)
 

@@ -18,9 +18,16 @@ void bindRecovery(nb::module_& m) {
         .def_ro("regularizer", &cmpg::RecoveryStep::regularizer, "weighted; no part of `loss`")
         .def_ro("rate", &cmpg::RecoveryStep::rate, "of the first parameter, schedule included")
         .def_ro("seconds", &cmpg::RecoveryStep::seconds, "wall seconds of the step")
+        .def_ro("image_seconds", &cmpg::RecoveryStep::imageSeconds, "of them, for the image")
+        .def_ro("gradient_seconds", &cmpg::RecoveryStep::gradientSeconds, "of them, for the derivative pass")
         .def_ro("gradient_norm", &cmpg::RecoveryStep::gradientNorm, "Euclidean, over all parameters")
         .def_ro("dropped", &cmpg::RecoveryStep::dropped, "entries and pixels left out because they were not finite")
-        .def_ro("warnings", &cmpg::RecoveryStep::warnings, "gradients that explode, stall or come from a few samples, each told once")
+        .def_prop_ro("warnings", [](const cmpg::RecoveryStep& step) {
+            std::vector<std::string> texts;
+            for (const cmpg::Warning& warning : step.warnings)
+                texts.push_back(warning.text);
+            return texts;
+        }, "gradients that explode, stall or come from a few samples, each told once")
         .def("__repr__", [](const cmpg::RecoveryStep& step) {
             char text[160];
             std::snprintf(text, sizeof text, "<step %u: loss %.4g +- %.2g, %.2f s>", step.step, step.loss, step.lossError, step.seconds);
@@ -62,6 +69,8 @@ void bindRecovery(nb::module_& m) {
         .def("step", [](Recovery& self) { return released([&] { return self.library->step(); }); })
         .def("steps", [](const Recovery& self) { return released([&] { return self.library->steps(); }); })
         .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
+        .def("history", [](const Recovery& self) { return released([&] { return self.library->history(); }); })
+        .def("report", [](const Recovery& self) { return released([&] { return self.library->report(); }); })
         .def("parameters", [](const Recovery& self) { return self.library->parameters(); })
         .def("values", [](const Recovery& self, const cmpg::ParameterInfo& info) {
             return toArray(released([&] { return self.library->values(info.name); }), info);
@@ -69,9 +78,9 @@ void bindRecovery(nb::module_& m) {
         .def("gradient", [](const Recovery& self, const cmpg::ParameterInfo& info) {
             return toArray(released([&] { return self.library->gradient(info.name); }), info);
         }, "parameter"_a)
-        .def("image", [](Recovery& self, std::size_t target, std::uint32_t spp) {
-            return toArray(released([&] { return self.library->image(target, spp); }));
-        }, "target"_a, "spp"_a)
+        .def("image", [](Recovery& self, std::size_t target, std::uint32_t spp, bool initial) {
+            return toArray(released([&] { return self.library->image(target, spp, initial); }));
+        }, "target"_a, "spp"_a, "initial"_a)
         .def("errors", [](const Recovery& self) {
             const cmpg::GradientErrors errors = released([&] { return self.library->errors(); });
             nb::dict result;
