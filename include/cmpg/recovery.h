@@ -4,6 +4,7 @@
 #include <cmpg/device.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>
+#include <cmpg/report.h>
 #include <cmpg/scene.h>
 
 #include <functional>
@@ -16,6 +17,7 @@ struct Target {
     std::string camera = {};      // empty: the first
     Image image = {};             // linear, 3 channels
     std::vector<float> mask = {}; // weight of each pixel in [0,1]; empty: 1 everywhere. Pixels that are not finite have weight 0
+    std::string name = {};        // in messages; empty: its number
 
     // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; clipped pixels of 8-bit files
     // have weight 0. Values are multiplied by 2^exposure. Error(Input) where no pixel is left.
@@ -44,15 +46,24 @@ struct RecoveryOptions {
     std::uint32_t viewsPerStep = 0; // of several targets; 0: all
     std::uint32_t warmUp = 0;       // first steps, which only learn the guide
     std::uint32_t freeze = 0;       // step from which on the guide stays as it is; 0: none
-    // The gradient of each step is sampled until |standard error| / |gradient| is this small, in 8 batches; sppGradient, at least 8, is the most. 0: no
-    // target; from 1e-6 to 100.
+    // The gradient of each step is sampled until |standard error| / |gradient| is this small, in batches; sppGradient is the most, and at least as large as
+    // their number. 0: no target; from 1e-6 to 100.
     double errorTarget = 0;
+    std::uint32_t batches = kFewestBatches; // of a gradient with an error target; from 8 to 64
 };
 
 // Of gradients with an error target.
 struct GradientErrors {
     std::uint64_t gradients = 0, missed = 0; // the latter: those of the former whose error stayed too large
     double worst = 0;                        // error of these
+};
+
+// What happened beside what was asked for.
+struct Warning {
+    std::string event = {};                                     // its kind in one word: "gradients_stall"
+    std::string text = {};                                      // with the remedy
+    std::vector<std::string> options = {};                      // that the remedy is about: see Error
+    std::vector<std::pair<std::string, double>> numbers = {};
 };
 
 struct RecoveryStep {
@@ -62,9 +73,12 @@ struct RecoveryStep {
     double regularizer = 0;     // weighted; no part of `loss`
     double rate = 0;            // of the first parameter, schedule included
     double seconds = 0;         // wall, of the whole step
+    double imageSeconds = 0, gradientSeconds = 0, updateSeconds = 0; // of it; the last with loss and regulariser
     double gradientNorm = 0;    // Euclidean, over all parameters
+    double concentration = 0;   // of the gradient: the share of the few largest paths in the sum of all squares; 0: not measured
+    std::uint64_t paths = 0;    // from the camera, of image and gradient
     std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
-    std::vector<std::string> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
+    std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 
 // A handle: copies are the same recovery.
@@ -77,30 +91,40 @@ class Recovery {
     // Error(Numerical) where no entry of the gradient is finite, Error(Device) where the device is lost. Whatever ends it, the state is
     // that after a whole step.
     RecoveryStep step();
+    // Makes kernels for the next step, which else makes them itself.
+    void prepare();
     std::uint32_t steps() const; // done so far
     bool done() const;           // all of RecoveryOptions::steps
+    // Of the steps done, those before resume() included: without warnings, paths and concentration.
+    std::vector<RecoveryStep> history() const;
 
     std::vector<ParameterInfo> parameters() const;
     std::vector<float> values(const std::string& parameter) const;     // current ones; Error(Usage) for what is not recovered
     std::vector<double> gradient(const std::string& parameter) const;  // of the last step, regulariser included; zeros before the first
     GradientErrors errors() const; // of the steps so far
-    // Of a target's camera at the current values, with the same random numbers whatever the step.
-    Image image(std::size_t target = 0, std::uint32_t spp = 64);
+    // What all passes since the recovery was made cost and left out, and how directions are drawn now. Of its seconds, those of learning.
+    PassReport report() const;
+    // Of a target's camera, with the same random numbers whatever the step: at the current values, or at those where the recovery began.
+    Image image(std::size_t target = 0, std::uint32_t spp = 64, bool initial = false);
 
     // Puts the current values into a scene: that it was made of, or a copy of it.
     void apply(Scene& scene) const;
 
-    // Writes all that resume() needs to `folder`, and keeps the one before. Error(Output) where that fails.
-    void save(const std::filesystem::path& folder) const;
+    // Writes all that resume() needs to `folder`, and keeps the one before. `note`: a text of the caller's, kept with it. Returns the number of bytes.
+    // Error(Output) where that fails.
+    std::uint64_t save(const std::filesystem::path& folder, const std::string& note = {}) const;
     // Continues from the last one that can be read, to what the saved recovery would have found, bit for bit on the same device. False where
-    // the folder has none. Error(Input) where it is of another recovery: the first difference is named.
-    bool resume(const std::filesystem::path& folder);
+    // the folder has none. Error(Input) where none can be read, or where it is of another scene or target; Error(Usage) where options differ. The
+    // first difference is named. `warnings`: a newer one that cannot be read, another device.
+    bool resume(const std::filesystem::path& folder, std::vector<Warning>* warnings = nullptr);
 
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;
 
     // As Renderer::onSubmission. A step that it ends has changed nothing and can be done again.
     void onSubmission(std::function<void()> call);
+    // Called with each image that a step compares with a target, from the thread of the step.
+    void onImage(std::function<void(std::size_t target, const Image& image)> call);
 
     struct State;
 

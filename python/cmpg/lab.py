@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import Image, Names, Path, Scene, _names, load_image
+from ._arrays import Image, Names, Path, load_image, names_of
 from ._errors import UsageError
+from ._scene import Scene
 
 try:
     from . import _lab
@@ -44,7 +45,7 @@ class _Run:
         if isinstance(scene, Scene):
             changed = {name: scene[name].values for name in sorted(scene._changed)}
             scene = scene.source
-        self.config: dict[str, Any] = {"command": command, "input": os.fspath(scene), "param": _names(param)}
+        self.config: dict[str, Any] = {"command": command, "input": os.fspath(scene), "param": names_of(param)}
         for name, value in options.items():
             if value is not None:
                 self.config[name.replace("_", "-")] = value

@@ -2,9 +2,10 @@
 #include "app/commands.h"
 #include "app/display.h"
 #include "base/communicator.h"
+#include "imaging/parameter_image.h"
 #include "optimize/gradient_check.h"
 #include "optimize/losses.h"
-#include "optimize/run_folder.h"
+#include "scene/export_folder.h"
 #include "session/output.h"
 #include "session/parameter_values.h"
 #include "session/render_session.h"
@@ -55,7 +56,7 @@ void writeGradients(const Options& options, Report& report, RenderSession& sessi
         const Parameter& parameter = session.parameter(i);
         const bool single = session.parameters.size() == 1;
         const std::filesystem::path file = single ? std::filesystem::path(options.output)
-                                                  : std::filesystem::path(options.output) / (parameterFileName(parameter.name) + ".exr");
+                                                  : std::filesystem::path(options.output) / (fileName(parameter.name) + ".exr");
         if (ranks().isRoot())
             writeExr(file, parameterImage(parameter, gradients[i]));
         warnUnreached(parameter.name, std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));

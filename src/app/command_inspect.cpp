@@ -1,6 +1,8 @@
 // inspect: what a scene holds, what can be differentiated, what a run on it would need.
 #include "app/commands.h"
 #include "base/log.h"
+#include "library/states.h"
+#include "session/render_options.h"
 #include "session/session.h"
 
 #include <array>
@@ -87,17 +89,21 @@ struct Parts {
 };
 
 Parts partsOf(const Options& options, Session& session, bool allFeatures) {
-    RenderConfig config = renderConfig(options, session.scene, session.parameters);
+    Device& device = session.openDevice().state()->device;
+    std::vector<std::uint32_t> parameters;
+    std::vector<std::uint64_t> ignored;
+    Scene scene = v1::copyOf(*session.scene.state(), session.parameters, parameters, ignored);
+    RenderConfig config = renderConfig(options, scene, parameters);
     config.allFeatures |= allFeatures;
-    Renderer renderer(session.device(), session.scene, config);
+    Renderer renderer(device, scene, config);
     PassPlan plan;
     if (config.guiding)
         plan = {.method = {Sampling::Conditional, true}, .record = true};
     Parts parts;
     parts.features = renderer.describeFeatures();
-    parts.kernels = session.parameters.empty() ? renderer.allocate({Renderer::Mode::Render}, plan)
+    parts.kernels = parameters.empty() ? renderer.allocate({Renderer::Mode::Render}, plan)
                                                : renderer.allocate({Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse}, plan);
-    parts.buffers = session.device().memory().buffers;
+    parts.buffers = device.memory().buffers;
     return parts;
 }
 
@@ -151,7 +157,6 @@ void listMemory(std::ostream& out, Report& report, const Parts& scene, const Par
 
 // What a run would take, beside what it would take with every feature on. Compiles nothing.
 void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    session.openDevice();
     const Parts scene = partsOf(options, session, false), all = partsOf(options, session, true);
     auto& features = report.extra["features"] = nlohmann::ordered_json::object();
     out << "features:\n";
@@ -171,8 +176,8 @@ void describeDevice(std::ostream& out, const Options& options, Report& report, S
 ExitStatus runInspect(const Options& options, Report& report) {
     std::ostream& out = textOut(options);
     Session session(options, report);
-    listContents(out, report, session.scene);
-    listParameters(out, report, session.scene);
+    listContents(out, report, session.host());
+    listParameters(out, report, session.host());
     describeDevice(out, options, report, session);
     return ExitStatus::Done;
 }

@@ -37,12 +37,13 @@ void applyText(const std::string& text, const std::string& file, Options& option
     applyConfig(config, options);
 }
 
-// Those of a run that has a checkpoint; there may be none.
+// Those of a run that has a checkpoint; there may be none, and one that another program made has no options.
 void readResumed(const std::string& folder, Options& options) {
     std::vector<std::string> refused;
-    if (const auto checkpoint = findCheckpoint(folder, refused))
+    const auto checkpoint = findCheckpoint(folder, refused);
+    if (checkpoint && !checkpoint->config.empty())
         applyText(checkpoint->config, folder, options);
-    else if (!refused.empty())
+    else if (!checkpoint && !refused.empty())
         throw Error(ErrorKind::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
                     "begin anew without --resume");
 }

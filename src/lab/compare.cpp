@@ -5,8 +5,7 @@
 #include "lab/compare_pictures.h"
 #include "lab/compare_report.h"
 #include "lab/error_plot.h"
-#include "optimize/run_folder.h"
-#include "session/optimize_options.h"
+#include "session/library_options.h"
 #include "session/output.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "lab/compare_optimize.h"
 
 #include "optimize/recovery_run.h"
-#include "session/guided_session.h"
+#include "session/render_options.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,19 +1,14 @@
 // The optimisation part of a comparison's report.
+#include "imaging/parameter_image.h"
 #include "lab/compare_pictures.h"
 #include "lab/compare_report.h"
 #include "lab/error_plot.h"
-#include "optimize/run_folder.h"
 
 #include <cmath>
 #include <cstdio>
 
 namespace cmpg {
 namespace {
-
-Image valuesImage(const Parameter& parameter, const std::vector<float>& values) {
-    const std::vector<double> wide(values.begin(), values.end());
-    return parameterImage(parameter, wide);
-}
 
 HtmlTable tableOf(const OptimizeComparison& comparison) {
     HtmlTable table;
@@ -59,13 +54,13 @@ std::string recoveredFigures(const CompareSubject& subject, const OptimizeCompar
     std::string html;
     for (std::size_t k = 0; k < std::min(subject.parameters.size(), kMostPictured); ++k) {
         const Parameter& parameter = subject.scene.parameters[subject.parameters[k]];
-        const Image truth = valuesImage(parameter, subject.truth[k]);
+        const Image truth = parameterImage(parameter, subject.truth[k]);
         if (truth.pixels() < kFewestTexels)
             continue;
-        std::vector<CaptionedImage> recovered{{truth, "what is to be found"}, {valuesImage(parameter, comparison.initial[k]), "the start"}};
+        std::vector<CaptionedImage> recovered{{truth, "what is to be found"}, {parameterImage(parameter, comparison.initial[k]), "the start"}};
         std::vector<CaptionedImage> errors;
         for (const OptimizeResult& r : comparison.results) {
-            const Image image = valuesImage(parameter, r.values[k]);
+            const Image image = parameterImage(parameter, r.values[k]);
             recovered.push_back({image, "<b>" + escapeHtml(r.method.name) + "</b>, MSE " + shortNumber(r.curve.back().error)});
             errors.push_back({difference(image, truth), "<b>" + escapeHtml(r.method.name) + "</b>"});
         }

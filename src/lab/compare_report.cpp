@@ -1,9 +1,10 @@
 // The gradient parts of a comparison's report, and the page around all parts.
 #include "lab/compare_report.h"
 
+#include "imaging/parameter_image.h"
 #include "lab/compare_pictures.h"
 #include "lab/error_plot.h"
-#include "optimize/run_folder.h"
+#include "scene/export_folder.h"
 
 #include <cmath>
 #include <cstdio>
@@ -195,7 +196,7 @@ std::vector<std::pair<std::string, Image>> imagesOf(const CompareSubject& subjec
     }
     for (const std::uint32_t p : subject.parameters) {
         const Parameter& parameter = subject.scene.parameters[p];
-        images.emplace_back(subject.parameters.size() == 1 ? "" : parameterFileName(parameter.name),
+        images.emplace_back(subject.parameters.size() == 1 ? "" : fileName(parameter.name),
                             parameterImage(parameter, values.first(parameter.entries())));
         values = values.subspan(parameter.entries());
     }

@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "optimize/losses.h"
-#include "session/guided_session.h"
+#include "session/render_options.h"
 #include "session/output.h"
 #include "session/parameter_values.h"
 #include "session/session.h"

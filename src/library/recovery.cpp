@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "library/recovery_identity.h"
 #include "library/states.h"
 #include "optimize/batched_model.h"
 #include "optimize/content_identity.h"
@@ -10,11 +11,11 @@
 #include "optimize/recovery_config.h"
 #include "optimize/recovery_run.h"
 #include "render/saved_guide.h"
-#include "scene/file_io.h"
 #include "scene/parameter_values.h"
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace cmpg::v1 {
 namespace {
@@ -32,7 +33,8 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
     require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
     if (options.errorTarget != 0) {
         require(options.errorTarget >= 1e-6 && options.errorTarget <= 100, "error-target", "from 1e-6 to 100, or 0");
-        require(options.sppGradient >= kFewestBatches, "spp-gradient", "at least 8 under an error target");
+        require(options.batches >= kFewestBatches && options.batches <= kMostBatches, "batches", "from 8 to 64");
+        require(options.sppGradient >= options.batches, "spp-gradient", "as many as there are batches under an error target, at least");
     }
     for (const auto& [slot, rate] : options.rates)
         require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
@@ -40,7 +42,7 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
 }
 
 cmpg::Target targetOf(const Target& target, std::size_t number) {
-    const std::string name = "target " + std::to_string(number);
+    const std::string name = "target " + (target.name.empty() ? std::to_string(number) : target.name);
     const Image& image = target.image;
     if (image.channels != 3 || image.width < 1 || image.height < 1 || image.values.size() != image.pixels() * 3)
         throw Error(ErrorKind::Usage, name + " is no image of 3 channels, one value per pixel and channel");
@@ -48,7 +50,7 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
         throw Error(ErrorKind::Usage,
                     "the mask of " + name + " has " + std::to_string(target.mask.size()) + " weights for " + std::to_string(image.pixels()) + " pixels",
                     {}, "give one weight per pixel", {"mask"});
-    cmpg::Target result{.name = name, .image = image, .mask = target.mask};
+    cmpg::Target result{.name = target.name.empty() ? std::to_string(number) : target.name, .image = image, .mask = target.mask};
     for (const float weight : result.mask)
         if (!(weight >= 0 && weight <= 1))
             throw Error(ErrorKind::Usage, "the mask of " + name + " has weights out of [0, 1]", {}, "scale it", {"mask"});
@@ -67,79 +69,25 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
     return result;
 }
 
-// What bears on the results, by name.
-Checkpoint::Identity identityOf(const RecoveryOptions& o, const OptimizeConfig& config, const RenderConfig& render) {
-    Checkpoint::Identity identity{{"interface", "1"}};
-    const auto add = [&](const std::string& name, double value) {
-        char text[40];
-        std::snprintf(text, sizeof text, "%.17g", value);
-        identity.emplace_back(name, text);
-    };
-    add("spp", config.spp);
-    add("spp-gradient", config.sppGradient);
-    add("spp-difference", config.sppDifference);
-    identity.emplace_back("seed", std::to_string(config.seed));
-    add("loss", double(config.loss));
-    add("optimizer", double(config.optimizer.kind));
-    for (std::size_t kind = 0; kind < kSlotKinds; ++kind) {
-        const bool lobe = kind >= kCommonSlots && kind < kMaterialSlots; // runs without a rate for it are as they were before there was such a slot
-        if (lobe && config.optimizer.rates[kind] < 0)
-            continue;
-        add(std::string("rate of ") + slotName(SlotKind(kind)), double(config.optimizer.rates[kind]));
-    }
-    add("schedule", double(config.optimizer.schedule));
-    if (config.optimizer.schedule != Schedule::Constant) { // else steps may be added
-        add("steps", config.steps);
-        add("final-rate", double(config.optimizer.finalFactor));
-    }
-    add("total-variation", config.totalVariation);
-    add("prior", config.prior);
-    add("views-per-step", config.viewsPerStep);
-    add("warm-up", config.warmUp);
-    add("freeze", o.freeze);
-    add("max-depth", render.maxDepth);
-    add("sampling", double(o.paths.sampling));
-    add("pixel-sampling", double(o.paths.pixelSampling));
-    add("roulette", o.paths.roulette);
-    add("positivize", o.paths.positivize);
-    add("no-nee", !o.paths.lightSampling);
-    add("guide-memory", double(o.paths.guideMemory));
-    // What was not there at first is named where it is no default.
-    const PathOptions& paths = o.paths;
-    const PathOptions usual;
-    const auto addUnusual = [&](const std::string& name, double value, double initial) {
-        if (value != initial)
-            add(name, value);
-    };
-    addUnusual("error-target", o.errorTarget, 0);
-    addUnusual("sampler", double(paths.sampler), double(usual.sampler));
-    addUnusual("guide-share", double(paths.guide.share), double(usual.guide.share));
-    addUnusual("roulette-effort", double(paths.guide.rouletteEffort), double(usual.guide.rouletteEffort));
-    addUnusual("cell-records", paths.guide.cellRecords, usual.guide.cellRecords);
-    addUnusual("direction-share", paths.guide.directionShare, usual.guide.directionShare);
-    addUnusual("forgetting", paths.guide.forgetting, usual.guide.forgetting);
-    addUnusual("save-guide", paths.guide.keep, usual.guide.keep);
-    if (!paths.guide.load.empty())
-        identity.emplace_back("the guide that was loaded", digestOf(readFile(paths.guide.load)));
-    return identity;
-}
-
-// The first entry in which two recoveries differ; empty: none.
-std::string differenceOf(const Checkpoint::Identity& a, const Checkpoint::Identity& b) {
-    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-        if (i >= a.size() || i >= b.size())
-            return (i < a.size() ? a : b)[i].first;
-        if (a[i] != b[i])
-            return a[i].first;
-    }
-    return {};
+RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
+    return {.step = step,
+            .loss = record.loss,
+            .lossError = record.lossError,
+            .regularizer = record.regularizer,
+            .rate = record.rate,
+            .seconds = record.secondsPrimal + record.secondsGradient + record.secondsUpdate,
+            .imageSeconds = record.secondsPrimal,
+            .gradientSeconds = record.secondsGradient,
+            .updateSeconds = record.secondsUpdate,
+            .gradientNorm = record.gradientNorm,
+            .dropped = record.dropped};
 }
 
 } // namespace
 
 Target Target::load(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
     cmpg::Target read = loadTarget(file, {.mask = mask, .exposure = exposure});
-    return {camera, std::move(read.image), std::move(read.mask)};
+    return {camera, std::move(read.image), std::move(read.mask), std::move(read.name)};
 }
 
 struct Recovery::State {
@@ -151,8 +99,10 @@ struct Recovery::State {
     Checkpoint::Identity identity;
     GradientWatch watch;
     std::function<void()> call;
+    std::function<void(std::size_t, const Image&)> showImage;
     std::optional<RecoveryRun> run;
     bool prepared = false;
+    std::vector<std::vector<float>> initial; // values of the parameters
     const BatchedModel* batched = nullptr; // where gradients have an error target
 
     State(std::shared_ptr<Device::State> d, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
@@ -171,7 +121,7 @@ struct Recovery::State {
         if (options.errorTarget > 0)
             plan.wrap = [&](ImageModel& inner) {
                 auto model = std::make_unique<BatchedModel>(
-                    inner, SampleBudget{.batches = kFewestBatches, .samples = options.sppGradient / kFewestBatches, .error = options.errorTarget});
+                    inner, SampleBudget{.batches = options.batches, .samples = options.sppGradient / options.batches, .error = options.errorTarget});
                 batched = model.get();
                 return model;
             };
@@ -179,12 +129,17 @@ struct Recovery::State {
         config.guiding = config.learning = plan.learn;
         config.roulette = options.paths.roulette;
         config.differences = options.sppDifference > 0;
-        identity = identityOf(options, plan.config, config);
+        identity = identityOf(options, plan.config, config.maxDepth, names());
         for (auto& entry : contentIdentity(scene, parameters, plan.views, plan.config.targets))
             identity.push_back(std::move(entry));
+        plan.config.onImage = [this](std::size_t view, const Image& image) {
+            if (showImage)
+                showImage(view, image);
+        };
+        for (const std::uint32_t p : parameters)
+            initial.push_back(scene.parameters[p].values);
         const std::lock_guard lock(device->mutex);
-        run.emplace(device->device, scene, config,
-                    guidedOptions(options.paths));
+        run.emplace(device->device, scene, config, guidedOptions(options.paths));
         if (plan.learn && !options.paths.guide.load.empty())
             run->passes().load(readGuide(options.paths.guide.load, scene, &parameters));
         run->begin(std::move(plan));
@@ -200,6 +155,29 @@ struct Recovery::State {
         if (found == parameters.end())
             throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
         return std::size_t(found - parameters.begin());
+    }
+    std::string names() const {
+        std::string all;
+        for (const std::uint32_t p : parameters)
+            all += (all.empty() ? "" : ", ") + scene.parameters[p].name;
+        return all;
+    }
+    void prepare() {
+        run->renderer().setInteraction(interactionOf(call));
+        if (!std::exchange(prepared, true))
+            run->prepareStep();
+    }
+    void setParameters(const std::vector<std::vector<float>>& values) {
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+            scene.parameters[parameters[i]].values = values[i]; // also where the device is lost
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+            run->model().setParameter(parameters[i], values[i]);
+    }
+    std::vector<std::vector<float>> current() const {
+        std::vector<std::vector<float>> values;
+        for (const std::uint32_t p : parameters)
+            values.push_back(scene.parameters[p].values);
+        return values;
     }
     void abandonStep() {
         try {
@@ -219,27 +197,32 @@ RecoveryStep Recovery::step() {
     const std::lock_guard lock(s.device->mutex);
     const Stopwatch watch;
     StepReport report;
-    s.run->renderer().setInteraction(interactionOf(s.call));
     try {
-        if (!std::exchange(s.prepared, true))
-            s.run->prepareStep();
+        s.prepare();
         report = s.run->optimization().step();
     } catch (...) {
         s.abandonStep();
         throw;
     }
-    const StepRecord record = recordOf(report);
-    RecoveryStep step{.step = report.step,
-                      .loss = record.loss,
-                      .lossError = record.lossError,
-                      .regularizer = record.regularizer,
-                      .rate = record.rate,
-                      .seconds = watch.seconds(),
-                      .gradientNorm = record.gradientNorm,
-                      .dropped = record.dropped};
-    for (const GradientWatch::Finding& finding : s.watch.observe(report))
-        step.warnings.push_back(finding.text);
+    RecoveryStep step = stepOf(recordOf(report), report.step);
+    step.seconds = watch.seconds();
+    step.concentration = report.concentration;
+    step.paths = report.samples;
+    step.warnings = s.watch.observe(report);
     return step;
+}
+
+void Recovery::prepare() {
+    const std::lock_guard lock(state_->device->mutex);
+    state_->prepare();
+}
+
+std::vector<RecoveryStep> Recovery::history() const {
+    const std::lock_guard lock(state_->device->mutex);
+    std::vector<RecoveryStep> steps;
+    for (const StepRecord& record : state_->run->optimization().state().history)
+        steps.push_back(stepOf(record, std::uint32_t(steps.size())));
+    return steps;
 }
 
 std::uint32_t Recovery::steps() const {
@@ -268,14 +251,47 @@ std::vector<double> Recovery::gradient(const std::string& parameter) const {
     return gradients.empty() ? std::vector<double>(state_->scene.parameters[state_->parameters[index]].entries()) : gradients[index];
 }
 
-Image Recovery::image(std::size_t target, std::uint32_t spp) {
-    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
+PassReport Recovery::report() const {
     const std::lock_guard lock(state_->device->mutex);
-    if (target >= state_->run->model().views())
+    RecoveryRun& run = *state_->run;
+    const RenderStatistics& statistics = run.renderer().statistics();
+    const SamplingDecision decision = run.passes().decision();
+    PassReport report;
+    std::tie(report.width, report.height) = run.model().size(0);
+    report.spp = run.optimization().config().spp;
+    report.learningSeconds = run.passes().trainSeconds();
+    report.paths = statistics.paths;
+    report.rays = statistics.rays;
+    report.dropped = statistics.dropped;
+    report.refusedSplits = statistics.refusedSplits;
+    report.guided = run.renderer().hasGuide();
+    report.sampling = decision.method.kind;
+    report.roulette = decision.method.roulette;
+    report.figures = figuresOf(decision);
+    report.depths = statistics.guided;
+    return report;
+}
+
+Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
+    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
+    State& s = *state_;
+    const std::lock_guard lock(s.device->mutex);
+    if (target >= s.run->model().views())
         throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {},
-                    "targets are numbered from 0 to " + std::to_string(state_->run->model().views() - 1));
-    state_->run->renderer().setInteraction(interactionOf(state_->call));
-    return state_->run->optimization().render(target, spp);
+                    "targets are numbered from 0 to " + std::to_string(s.run->model().views() - 1));
+    s.run->renderer().setInteraction(interactionOf(s.call));
+    if (!initial)
+        return s.run->optimization().render(target, spp);
+    const std::vector<std::vector<float>> now = s.current();
+    s.setParameters(s.initial);
+    try {
+        Image image = s.run->optimization().render(target, spp);
+        s.setParameters(now);
+        return image;
+    } catch (...) {
+        s.setParameters(now);
+        throw;
+    }
 }
 
 void Recovery::apply(Scene& scene) const {
@@ -286,24 +302,33 @@ void Recovery::apply(Scene& scene) const {
         scene.set(name, entries);
 }
 
-void Recovery::save(const std::filesystem::path& folder) const {
+std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::string& note) const {
     const std::lock_guard lock(state_->device->mutex);
     RecoveryRun& run = *state_->run;
-    writeCheckpointFile(folder, checkpointSections(run.optimization(), run.model(), state_->identity, {}, state_->madeWith()));
+    const std::vector<FileSection> sections = checkpointSections(run.optimization(), run.model(), state_->identity, note, state_->madeWith());
+    writeCheckpointFile(folder, sections);
+    std::uint64_t bytes = 0;
+    for (const FileSection& section : sections)
+        bytes += section.bytes.size();
+    return bytes;
 }
 
-bool Recovery::resume(const std::filesystem::path& folder) {
+bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>* warnings) {
     std::vector<std::string> refused;
     const std::optional<Checkpoint> found = findCheckpoint(folder, refused);
     if (!found && !refused.empty())
-        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew");
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
     if (!found)
         return false;
-    if (const std::string difference = differenceOf(found->identity, state_->identity); !difference.empty())
-        throw Error(ErrorKind::Input, "the recovery in '" + folder.string() + "' is another one: " + difference + " differs",
-                    "its result would be neither this one's nor that one's", "give what it was made with, or begin anew");
+    requireSame(found->identity, state_->identity, folder);
     const std::lock_guard lock(state_->device->mutex);
     cmpg::resume(*found, state_->run->optimization(), state_->run->model());
+    if (!warnings)
+        return true;
+    for (const std::string& reason : refused)
+        warnings->push_back({"checkpoint_refused", "a checkpoint is left aside for an older one: " + reason});
+    if (const std::string now = state_->madeWith(); found->madeWith != now)
+        warnings->push_back({"other_device", "the run was on " + found->madeWith + " and continues on " + now + ": rounding may differ from here on"});
     return true;
 }
 
@@ -324,6 +349,11 @@ void Recovery::saveGuide(const std::filesystem::path& file) const {
 void Recovery::onSubmission(std::function<void()> call) {
     const std::lock_guard lock(state_->device->mutex);
     state_->call = std::move(call);
+}
+
+void Recovery::onImage(std::function<void(std::size_t, const Image&)> call) {
+    const std::lock_guard lock(state_->device->mutex);
+    state_->showImage = std::move(call);
 }
 
 } // namespace cmpg::v1

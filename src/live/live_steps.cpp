@@ -1,7 +1,7 @@
 // The optimisation of a session: one step at a time, with what is shown of it.
+#include "imaging/parameter_image.h"
 #include "live/live_work.h"
-#include "optimize/run_folder.h"
-#include "session/optimize_options.h"
+#include "session/library_options.h"
 
 #include <algorithm>
 #include <limits>
@@ -9,11 +9,11 @@
 namespace cmpg {
 
 void LiveWork::dropOptimization(bool keepState) {
-    if (optimization_ && keepState) {
-        kept_ = optimization_->state();
+    if (run_ && run_->begun() && keepState) {
+        kept_ = run_->optimization().state();
         kept_.images.clear(); // of other parameters, or of another view
         kept_.imageValues.clear();
-        keptParameters_ = optimization_->parameters();
+        keptParameters_ = run_->optimization().parameters();
     }
     if (!keepState) {
         kept_ = {};
@@ -23,19 +23,18 @@ void LiveWork::dropOptimization(bool keepState) {
         state_.loss = nullptr;
         state_.secondsPrimal = state_.secondsGradient = state_.secondsUpdate = state_.rate = 0;
     }
-    optimization_.reset();
-    model_.reset();
+    if (run_)
+        run_->end();
 }
 
 void LiveWork::ensureOptimization() {
-    if (optimization_)
+    if (run_->begun())
         return;
-    OptimizeConfig config = optimizeConfig(options_);
+    RecoveryRun::Steps steps{.config = optimizeConfig(options_), .views = {}};
+    OptimizeConfig& config = steps.config;
     config.targets = scene_.targets;
-    std::vector<View> views;
     for (std::size_t v = 0; v < scene_.views(); ++v)
-        views.push_back(scene_.view(v));
-    model_ = std::make_unique<RendererModel>(*renderer_, *passes_, views);
+        steps.views.push_back(scene_.view(v));
     config.onImage = [this](std::size_t view, const Image& image) {
         if (view != settings_.view)
             return;
@@ -44,30 +43,31 @@ void LiveWork::ensureOptimization() {
         hooks_.publish();
     };
     // Parameters that stay keep their moments; new ones begin here.
-    OptimizeState state{.step = kept_.step, .moments = {}};
+    steps.start.step = kept_.step;
     for (const std::uint32_t p : settings_.parameters) {
         const auto found = std::find(keptParameters_.begin(), keptParameters_.end(), p);
         if (found != keptParameters_.end()) {
-            state.moments.push_back(kept_.moments[std::size_t(found - keptParameters_.begin())]);
+            steps.start.moments.push_back(kept_.moments[std::size_t(found - keptParameters_.begin())]);
             continue;
         }
-        state.moments.push_back(initialMoments(config.optimizer, scene_.scene.parameters[p]));
-        state.moments.back().start = kept_.step;
+        steps.start.moments.push_back(initialMoments(config.optimizer, scene_.scene.parameters[p]));
+        steps.start.moments.back().start = kept_.step;
     }
-    optimization_ = std::make_unique<Optimization>(*model_, scene_.scene, std::move(config), settings_.parameters, std::move(state));
+    run_->begin(std::move(steps));
 }
 
 void LiveWork::step() {
     ensureOptimization();
-    optimization_->setSamples(settings_.spp, settings_.sppGradient);
-    optimization_->setRateFactor(double(settings_.rateFactor));
-    passes_->setLearning(guides() && optimization_->state().step < options_.freeze.value_or(std::numeric_limits<std::uint32_t>::max()));
-    const StepReport report = optimization_->step();
-    passes_->setLearning(false);
+    Optimization& run = run_->optimization();
+    run.setSamples(settings_.spp, settings_.sppGradient);
+    run.setRateFactor(double(settings_.rateFactor));
+    run_->passes().setLearning(guides() && run.state().step < options_.freeze.value_or(std::numeric_limits<std::uint32_t>::max()));
+    const StepReport report = run.step();
+    run_->passes().setLearning(false);
     steps_ -= std::min(steps_, 1u);
 
     loss_.push_back(report.loss);
-    state_.step = optimization_->state().step;
+    state_.step = run.state().step;
     state_.loss = std::make_shared<const std::vector<double>>(loss_);
     state_.rate = report.rate;
     state_.secondsPrimal = report.secondsPrimal;
@@ -76,7 +76,7 @@ void LiveWork::step() {
     state_.samplesPerSecond = double(report.samples) / std::max(1e-6, report.secondsPrimal + report.secondsGradient);
     const Parameter& first = scene_.scene.parameters[settings_.parameters.front()];
     showParameter();
-    show(LivePicture::ParameterGradient, std::make_shared<const Image>(parameterImage(first, optimization_->gradients().front())));
+    show(LivePicture::ParameterGradient, std::make_shared<const Image>(parameterImage(first, run.gradients().front())));
     const std::uint32_t fadingSteps = fadingSteps_;
     restartFilms(); // the parameters moved
     fadingSteps_ = fadingSteps;
@@ -90,7 +90,7 @@ void LiveWork::fadeGradient() {
     constexpr std::uint32_t kSteps = 10;
     const View v = view();
     Film film(v.width, v.height);
-    passes_->forward(v, 1, {.seed = options_.seed, .step = state_.step, .pass = 1}, settings_.parameters, directions_, film);
+    run_->passes().forward(v, 1, {.seed = options_.seed, .step = state_.step, .pass = 1}, settings_.parameters, directions_, film);
     const Image now = film.image();
     fadingSteps_ = std::min(fadingSteps_ + 1, kSteps);
     if (fadingSteps_ == 1 || fading_.values.size() != now.values.size())

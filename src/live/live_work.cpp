@@ -1,8 +1,9 @@
 // What a session does with a scene: settings, the renderer they need, films that refine.
 #include "live/live_work.h"
 
+#include "imaging/parameter_image.h"
 #include "live/guide_pick.h"
-#include "session/guided_session.h"
+#include "session/render_options.h"
 
 #include <algorithm>
 #include <chrono>
@@ -117,12 +118,14 @@ void LiveWork::reset(std::optional<float> fill) {
     const bool reachable = std::all_of(touched.begin(), touched.end(), [&](std::uint32_t p) {
         return std::find(builtFor_.begin(), builtFor_.end(), p) != builtFor_.end();
     });
-    if (renderer_ && reachable) {
+    if (run_ && reachable) {
         for (const std::uint32_t p : touched)
-            renderer_->setParameter(p, scene_.scene.parameters[p].values);
-        forgetGuide();
+            run_->renderer().setParameter(p, scene_.scene.parameters[p].values);
+        run_->setGuided(guidedOptions(), false);
+        drawnBy_ = settings_.sampling;
+        trained_ = 0;
     } else {
-        dropRenderer();
+        dropRun();
     }
     show(LivePicture::ParameterGradient, nullptr);
     show(LivePicture::Gradient, nullptr);
@@ -149,8 +152,7 @@ std::string LiveWork::missing() const {
 }
 
 void LiveWork::work() {
-    ensureRenderer();
-    ensurePasses();
+    ensureRun();
     if (optimizing() && (settings_.running || steps_ > 0))
         return step();
     if (training_ > 0 && !optimizing())
@@ -164,10 +166,10 @@ void LiveWork::work() {
 
 void LiveWork::recover() {
     previewing_ = false;
-    if (!passes_)
+    if (!run_)
         return;
-    passes_->setLearning(false);
-    passes_->abandonStep();
+    run_->passes().setLearning(false);
+    run_->passes().abandonStep();
 }
 
 View LiveWork::view() const {
@@ -177,55 +179,45 @@ View LiveWork::view() const {
 }
 
 SamplingDecision LiveWork::decision() const {
-    if (!passes_)
+    if (!run_)
         return {};
-    return settings_.mode == LiveMode::Render ? passes_->imageDecision() : passes_->decision();
+    return settings_.mode == LiveMode::Render ? run_->passes().imageDecision() : run_->passes().decision();
 }
 
-void LiveWork::ensureRenderer() {
-    if (renderer_ && (settings_.mode == LiveMode::Render || builtFor_ == settings_.parameters))
+GuidedOptions LiveWork::guidedOptions() const {
+    GuidedOptions guided = cmpg::guidedOptions(options_);
+    guided.sampling = settings_.sampling;
+    return guided;
+}
+
+void LiveWork::ensureRun() {
+    if (run_ && (settings_.mode == LiveMode::Render || builtFor_ == settings_.parameters)) {
+        if (drawnBy_ == settings_.sampling)
+            return;
+        dropOptimization(true);
+        run_->setGuided(guidedOptions(), true);
+        drawnBy_ = settings_.sampling;
         return;
-    dropRenderer();
+    }
+    dropRun();
     hooks_.busyWith("preparing the scene");
     RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
     config.guiding = true;
     config.differences = options_.recovery.sppDifference > 0 && !settings_.parameters.empty();
-    renderer_ = std::make_unique<Renderer>(device_, scene_.scene, config);
-    renderer_->setInteraction({.submissionSeconds = kSubmissionSeconds,
-                               .beforeSubmission = hooks_.betweenSubmissions,
-                               .compiling = [this](bool begins) { hooks_.busyWith(begins ? "compiling kernels" : ""); }});
+    run_.emplace(device_, scene_.scene, config, guidedOptions());
+    run_->renderer().setInteraction({.submissionSeconds = kSubmissionSeconds,
+                                     .beforeSubmission = hooks_.betweenSubmissions,
+                                     .compiling = [this](bool begins) { hooks_.busyWith(begins ? "compiling kernels" : ""); }});
     builtFor_ = settings_.parameters;
+    drawnBy_ = settings_.sampling;
     hooks_.busyWith("");
 }
 
-void LiveWork::ensurePasses() {
-    if (passes_ && passesSampling_ == settings_.sampling)
-        return;
-    GuidedOptions guided = guidedOptions(options_);
-    guided.sampling = settings_.sampling;
-    auto passes = std::make_unique<GuidedPasses>(*renderer_, guided);
-    if (passes_ && guide())
-        passes->load({renderer_->guide(), passes_->guideContext()});
+void LiveWork::dropRun() {
     dropOptimization(true);
-    passes_ = std::move(passes);
-    passesSampling_ = settings_.sampling;
-}
-
-void LiveWork::dropRenderer() {
-    dropOptimization(true);
-    passes_.reset();
-    renderer_.reset();
+    run_.reset();
     trained_ = 0;
     drawnBefore_ = guidedBefore_ = 0;
-}
-
-void LiveWork::forgetGuide() {
-    if (guide()) {
-        const SdTree& tree = renderer_->guide();
-        renderer_->setGuide(SdTree(tree.lower(), tree.upper(), tree.config()));
-    }
-    passes_.reset();
-    trained_ = 0;
 }
 
 void LiveWork::restartFilms() {
@@ -234,9 +226,9 @@ void LiveWork::restartFilms() {
     gradient_.film = Film(v.width, v.height);
     fadingSteps_ = 0;
     state_.imageSamples = state_.gradientSamples = 0;
-    if (renderer_) {
+    if (run_) {
         drawnBefore_ = guidedBefore_ = 0;
-        for (const GuidedDepth& d : renderer_->statistics().guided) {
+        for (const GuidedDepth& d : run_->renderer().statistics().guided) {
             drawnBefore_ += d.drawn;
             guidedBefore_ += d.guided;
         }
@@ -246,9 +238,9 @@ void LiveWork::restartFilms() {
 void LiveWork::expose(const View& v, std::uint32_t spp, Film& film, bool forward) {
     const PassKey key = forward ? PassKey{.seed = options_.seed, .pass = 1} : optimizing() ? pictureKey(options_.seed, settings_.view) : PassKey{.seed = options_.seed};
     if (forward)
-        passes_->forward(v, spp, key, settings_.parameters, directions_, film);
+        run_->passes().forward(v, spp, key, settings_.parameters, directions_, film);
     else
-        passes_->render(v, spp, key, film);
+        run_->passes().render(v, spp, key, film);
 }
 
 bool LiveWork::previewed(Refined& r, bool forward) {
@@ -300,9 +292,9 @@ void LiveWork::refine(Refined& r, bool forward) {
 void LiveWork::train() {
     const View v = view();
     if (settings_.mode == LiveMode::Gradient && !settings_.parameters.empty())
-        passes_->trainForward(v, settings_.spp, 1, options_.seed, settings_.parameters, directions_, trained_);
+        run_->passes().trainForward(v, settings_.spp, 1, options_.seed, settings_.parameters, directions_, trained_);
     else
-        passes_->trainRender(v, settings_.spp, 1, options_.seed, trained_);
+        run_->passes().trainRender(v, settings_.spp, 1, options_.seed, trained_);
     --training_;
     ++trained_;
     restartFilms();
@@ -343,9 +335,7 @@ void LiveWork::showParameter() {
     if (settings_.parameters.empty())
         return show(LivePicture::Parameter, nullptr);
     const Parameter& p = scene_.scene.parameters[settings_.parameters.front()];
-    Image image(int(p.width), int(p.height), int(p.channels));
-    image.values = p.values;
-    show(LivePicture::Parameter, std::make_shared<const Image>(std::move(image)));
+    show(LivePicture::Parameter, std::make_shared<const Image>(parameterImage(p, p.values)));
 }
 
 void LiveWork::updateGuideFigures() {
@@ -356,8 +346,8 @@ void LiveWork::updateGuideFigures() {
     state_.sampling = d.method.kind;
     state_.roulette = d.method.roulette;
     std::uint64_t drawn = 0, guided = 0;
-    if (renderer_)
-        for (const GuidedDepth& depth : renderer_->statistics().guided) {
+    if (run_)
+        for (const GuidedDepth& depth : run_->renderer().statistics().guided) {
             drawn += depth.drawn;
             guided += depth.guided;
         }

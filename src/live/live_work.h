@@ -3,8 +3,7 @@
 
 #include "live/loaded_scene.h"
 #include "live/refined.h"
-#include "optimize/optimize.h"
-#include "optimize/renderer_model.h"
+#include "optimize/recovery_run.h"
 #include "vk/device.h"
 
 #include <optional>
@@ -44,7 +43,7 @@ class LiveWork {
     // After an exception out of work(): as if the piece had not begun.
     void recover();
 
-    const SdTree* guide() const { return renderer_ && !renderer_->guide().empty() ? &renderer_->guide() : nullptr; }
+    const SdTree* guide() const { return run_ && !run_->renderer().guide().empty() ? &run_->renderer().guide() : nullptr; }
     View view() const; // of the pictures
     SamplingDecision decision() const;
 
@@ -54,12 +53,11 @@ class LiveWork {
     bool guides() const { return settings_.sampling != Sampling::Bsdf || options_.roulette; }
     bool unfinished(const Refined& film) const;
 
-    void ensureRenderer();
-    void ensurePasses();
+    void ensureRun();
+    GuidedOptions guidedOptions() const;
     void ensureOptimization();
     void dropOptimization(bool keepState);
-    void dropRenderer();
-    void forgetGuide();
+    void dropRun();
     void restartFilms();
 
     void refine(Refined& film, bool forward);
@@ -83,13 +81,10 @@ class LiveWork {
     LiveSettings settings_;
     std::vector<std::vector<float>> directions_; // of the selected parameters: all ones
 
-    std::vector<std::uint32_t> builtFor_; // parameters that renderer_ differentiates
-    std::unique_ptr<Renderer> renderer_;
-    Sampling passesSampling_ = Sampling::Auto;
-    std::unique_ptr<GuidedPasses> passes_;
-    std::unique_ptr<RendererModel> model_;
-    std::unique_ptr<Optimization> optimization_;
-    // Of an optimisation whose renderer had to go, to go on with.
+    std::vector<std::uint32_t> builtFor_; // parameters that run_ differentiates
+    Sampling drawnBy_ = Sampling::Auto;   // its passes
+    std::optional<RecoveryRun> run_;
+    // Of an optimisation that had to go, for the next one.
     OptimizeState kept_;
     std::vector<std::uint32_t> keptParameters_;
 

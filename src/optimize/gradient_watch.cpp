@@ -47,7 +47,7 @@ bool GradientWatch::Alarm::observe(bool condition, std::uint32_t steps) {
     return raised = true;
 }
 
-std::vector<GradientWatch::Finding> GradientWatch::observe(const StepReport& report) {
+std::vector<v1::Warning> GradientWatch::observe(const StepReport& report) {
     const double norm = recordOf(report).gradientNorm;
     const double usual = norms_.size() >= kFewest ? median(norms_) : norm;
     keep(norms_, norm, kWindow);
@@ -60,23 +60,23 @@ std::vector<GradientWatch::Finding> GradientWatch::observe(const StepReport& rep
         lowestLoss_ = std::min(lowestLoss_, loss);
     }
 
-    std::vector<Finding> findings;
+    std::vector<v1::Warning> findings;
     if (explode_.observe(usual > 0 && norm > kExplosion * usual, 3))
         findings.push_back({"gradients_explode", "gradients are " + times(norm / usual) + " times as large as usual: lower the rate, or let it fall",
-                            {{"norm", norm}, {"usual", usual}}, {"rate", "schedule"}});
+                            {"rate", "schedule"}, {{"norm", norm}, {"usual", usual}}});
     if (diverge_.observe(lowestLoss_ > 0 && loss > kDivergence * lowestLoss_, 8))
         findings.push_back({"gradients_explode", "the loss has been " + times(kDivergence) + " times its lowest for some steps: lower the rate, or let it fall",
-                            {{"loss", loss}, {"lowest", lowestLoss_}}, {"rate", "schedule"}});
+                            {"rate", "schedule"}, {{"loss", loss}, {"lowest", lowestLoss_}}});
     if (stall_.observe(norm <= kStall * largest_ && loss > kFound * firstLoss_ && loss > 0, 16))
         findings.push_back({"gradients_stall",
                             "gradients are all but zero, and the loss is not: values may be at the end of their range, or no path brings light from them to "
                             "the image. Begin elsewhere, or raise the samples of derivative passes or the depth",
-                            {{"norm", norm}, {"largest", largest_}, {"loss", loss}}, {"set", "spp-gradient", "max-depth"}});
+                            {"set", "spp-gradient", "max-depth"}, {{"norm", norm}, {"largest", largest_}, {"loss", loss}}});
     if (report.concentration > 0 && noisy_.observe(report.concentration > kNoisy, 16)) // 0: not measured
         findings.push_back({"gradients_noisy",
                             "a few samples make up most of the gradient: take more of them, let the sampling be chosen automatically, or look for "
                             "small, strong lights that only chance finds",
-                            {{"share", report.concentration}}, {"spp-gradient", "sampling"}});
+                            {"spp-gradient", "sampling"}, {{"share", report.concentration}}});
     return findings;
 }
 

@@ -3,20 +3,17 @@
 
 #include "optimize/optimize.h"
 
+#include <cmpg/recovery.h>
+
 #include <deque>
 
 namespace cmpg {
 
 class GradientWatch {
   public:
-    struct Finding {
-        std::string event; // "gradients_explode", "gradients_stall", "gradients_noisy"
-        std::string text;  // with the remedy
-        std::vector<std::pair<std::string, double>> numbers;
-        std::vector<std::string> options; // that the remedy is about: see Error
-    };
-    // What has become true with this step. Each is found once, and again only after it was not so for some time.
-    std::vector<Finding> observe(const StepReport& report);
+    // What has become true with this step: "gradients_explode", "gradients_stall", "gradients_noisy". Each is found once, and again only after it was not
+    // so for some time.
+    std::vector<v1::Warning> observe(const StepReport& report);
 
   private:
     // A condition that has to hold, or not to hold, for some steps in a row.

@@ -55,7 +55,9 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"no-nee", "", "", "No light sampling: emitters are only found by chance"}, o.noLightSampling);
         v({"pixel-sampling", "", "adjoint", "Reverse mode: the same samples everywhere, or more where the adjoint is large"}, o.pixelSampling, kPixelSamplings);
         v({"positivize", "", "", "Derivative passes in two halves, one for each sign of the derivative"}, o.positivize);
-        v({"roulette", "", "adjoint", "Reverse mode: end and split paths by what the guide expects of them, where it pays"}, o.roulette, kRoulettes);
+        v({"roulette", "", "adjoint",
+           "Reverse mode: end and split paths by what the guide expects of them, where it pays; off: end them by what surfaces scatter alone, as in images"},
+          o.roulette, kRoulettes);
         break;
     case OptionGroup::Guide:
         v({"train", "N", "0; compare, tradeoff: 8", "Learning passes before the measured one, of as many samples each", Run}, o.train);

@@ -5,7 +5,7 @@
 #include "imaging/display_stream.h"
 #include "scene/file_io.h"
 #include "scene/scene_file.h"
-#include "session/optimize_options.h"
+#include "session/library_options.h"
 #include "session/refuse.h"
 
 #include <cstdio>

@@ -4,79 +4,24 @@
 #include "base/communicator.h"
 #include "base/log.h"
 #include "imaging/layers_file.h"
-#include "library/states.h"
 #include "optimize/error_budget.h"
-#include "session/guided_session.h"
-#include "session/parameter_values.h"
-#include "session/ranks.h"
+#include "session/library_options.h"
 
 #include <algorithm>
 #include <cstdio>
 
 namespace cmpg {
-namespace {
-
-v1::Scene load(const Options& options) {
-    v1::SceneOptions given{.environment = options.environment, .environmentRotation = options.environmentRotation.value_or(0.0f)};
-    for (const std::string& definition : options.define) {
-        const std::size_t equals = definition.find('=');
-        given.define[definition.substr(0, equals)] = definition.substr(equals + 1);
-    }
-    v1::Scene scene = v1::Scene::load(options.input, given);
-    for (const std::string& warning : scene.warnings())
-        logWarn(warning);
-    for (const std::string& assignment : options.set)
-        applySet(scene.state()->scene, assignment);
-    return scene;
-}
-
-v1::PathOptions pathOptions(const Options& o, std::uint32_t depth) {
-    return {.maxDepth = depth,
-            .sampling = o.sampling,
-            .pixelSampling = o.pixelSampling.value_or(PixelSampling::Adjoint),
-            .roulette = o.roulette,
-            .positivize = o.positivize,
-            .lightSampling = !o.noLightSampling,
-            .memory = o.memory,
-            .guideMemory = o.guideMemory,
-            .sampler = o.sampler,
-            .guide = {.load = o.loadGuide,
-                      .keep = !o.saveGuide.empty(),
-                      .share = o.guideShare,
-                      .rouletteEffort = o.rouletteEffort,
-                      .cellRecords = o.cellRecords,
-                      .directionShare = o.directionShare,
-                      .forgetting = o.forgetting},
-            .allFeatures = o.allFeatures};
-}
-
-} // namespace
-
-RenderSession::RenderSession(const Options& options, Report& report)
-    : scene(load(options)), options_(options), report_(report), record_(options, report) {
-    for (const std::uint32_t p : selectParameters(host(), options.param))
-        parameters.push_back(host().parameters[p].name);
-}
-
-const Scene& RenderSession::host() const { return scene.state()->scene; }
-const Parameter& RenderSession::parameter(std::size_t index) const { return host().parameters[host().parameter(parameters[index])]; }
-
 void RenderSession::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds) {
     camera_ = view.camera->name;
     width_ = view.width;
     height_ = view.height;
-    device_.emplace(options_.device.empty() ? deviceOfRank() : options_.device);
-    requireSameRanks(device_->state()->device, options_);
-    const std::uint32_t depth = options_.effectiveDepth(host().maxDepth);
-    renderer_.emplace(*device_, scene, v1::RendererOptions{.paths = pathOptions(options_, depth), .parameters = parameters});
+    const v1::PathOptions paths = pathOptions(options_, options_.effectiveDepth(host().maxDepth));
+    renderer_.emplace(openDevice(), scene, v1::RendererOptions{.paths = paths, .parameters = parameters});
     v1::PassOptions pass = plainPass(1);
     pass.train = usesGuide(options_) ? options_.effectiveTrain() : 0;
     pass.layers = !options_.layers.empty();
     renderer_->prepare(kinds, pass);
-    const Device& device = device_->state()->device;
-    report_.seconds.load = std::max(0.0, loading_.seconds() - device.compileSeconds());
-    report_.addDevice(device);
-    record_.begin(view, depth, folder);
+    begin(view, folder);
 }
 
 v1::PassOptions RenderSession::plainPass(std::uint32_t spp) const {
@@ -97,26 +42,12 @@ v1::PassOptions RenderSession::pass(std::uint32_t spp) const {
     return pass;
 }
 
-void RenderSession::add(const v1::PassReport& pass) {
-    report_.addStatistics({.guided = pass.depths,
-                           .paths = pass.paths,
-                           .rays = pass.rays,
-                           .dropped = pass.dropped,
-                           .repeatedPasses = 0,
-                           .refusedSplits = pass.refusedSplits});
-    report_.seconds.guide += pass.learningSeconds;
-}
-
 void RenderSession::tell(const v1::PassReport& pass) {
     if (!options_.layers.empty() && ranks().isRoot()) {
         writeLayers(options_.layers, pass.layers, pass.guided);
         report_.outputs.emplace_back("layers", options_.layers);
     }
-    tellSampling(options_, report_, pass.sampling, pass.roulette, pass.figures);
-    if (options_.saveGuide.empty() || !ranks().isRoot())
-        return;
-    renderer_->saveGuide(options_.saveGuide);
-    report_.outputs.emplace_back("guide", options_.saveGuide);
+    Session::tell(pass, *renderer_);
 }
 
 ExitStatus RenderSession::conclude(const v1::PassReport& pass, std::optional<std::uint32_t> Options::* samples) {
@@ -127,7 +58,7 @@ ExitStatus RenderSession::conclude(const v1::PassReport& pass, std::optional<std
     const bool reached = !options_.errorTarget || error.relative <= double(*options_.errorTarget);
     report_.extra["error"] = {{"relative", error.relative}, {"low", error.low},   {"high", error.high}, {"degrees", error.degrees},
                               {"batches", pass.batches},    {"spp", pass.spp},    {"reached", reached}};
-    record_.record([&](Options& o) {
+    record([&](Options& o) {
         o.*samples = pass.spp;
         o.batches = pass.batches;
         o.timeBudget.reset();
@@ -142,13 +73,6 @@ ExitStatus RenderSession::conclude(const v1::PassReport& pass, std::optional<std
     logWarn("the error target of " + std::string(target) + " was not reached: the error is " + describe(error) + " after " + std::to_string(pass.spp) +
             " samples per pixel; " + (time ? "allow more --time-budget" : "allow more samples"));
     return ExitStatus::CheckFailed;
-}
-
-void RenderSession::finish(const Image* result) {
-    if (ranks().size() > 1)
-        report_.extra["ranks"] = trafficReport();
-    report_.addDevice(device_->state()->device);
-    record_.requireFinite(result);
 }
 
 } // namespace cmpg

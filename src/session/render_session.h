@@ -8,17 +8,11 @@
 
 namespace cmpg {
 
-class RenderSession {
+class RenderSession : public Session {
   public:
-    // Reads the scene; no device yet.
-    RenderSession(const Options& options, Report& report);
+    using Session::Session;
 
-    v1::Scene scene;                       // --set applied
-    std::vector<std::string> parameters;   // selected by --param
-    const Scene& host() const;             // the scene itself
-    const Parameter& parameter(std::size_t index) const; // of `parameters`
-
-    // Opens the device and has kernels made for passes of these kinds: after all other input was checked. Then as RunRecord::begin().
+    // Opens the device and has kernels made for passes of these kinds: after all other input was checked. Then as begin().
     void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds);
     v1::Renderer& renderer() { return *renderer_; }
 
@@ -27,22 +21,13 @@ class RenderSession {
     // One without either, whose random numbers are those of --seed.
     v1::PassOptions plainPass(std::uint32_t spp) const;
 
-    // Costs and losses of a pass go to the report.
-    void add(const v1::PassReport& pass);
     // Of the pass that the command is for: tells how it was drawn, saves its guide and its layers.
     void tell(const v1::PassReport& pass);
     // Where it was sampled in batches: prints its error, adds it to the report, and writes the samples that were taken to run.json, where
     // `samples` is the option for them. CheckFailed where there is an error target that was not reached.
     ExitStatus conclude(const v1::PassReport& pass, std::optional<std::uint32_t> Options::* samples);
-    // Device times and memory go to the report. Then as RunRecord::requireFinite().
-    void finish(const Image* result = nullptr);
 
   private:
-    const Options& options_;
-    Report& report_;
-    Stopwatch loading_;
-    RunRecord record_;
-    std::optional<v1::Device> device_;
     std::optional<v1::Renderer> renderer_;
     std::string camera_;
     int width_ = 0, height_ = 0;

@@ -4,9 +4,9 @@
 #include "base/communicator.h"
 #include "base/error.h"
 #include "base/log.h"
+#include "library/states.h"
 #include "scene/image_size.h"
-#include "scene/scene_file.h"
-#include "session/guided_session.h"
+#include "session/library_options.h"
 #include "session/parameter_values.h"
 #include "session/ranks.h"
 
@@ -16,24 +16,35 @@
 
 namespace cmpg {
 
-Scene readScene(const Options& options) {
-    LoadOptions load;
-    load.environment = {options.environment, glm::radians(options.environmentRotation.value_or(0.0f))};
+namespace {
+
+v1::Scene load(const Options& options, bool setValues) {
+    v1::SceneOptions given{.environment = options.environment, .environmentRotation = options.environmentRotation.value_or(0.0f)};
     for (const std::string& definition : options.define) {
         const std::size_t equals = definition.find('=');
-        load.definitions[definition.substr(0, equals)] = definition.substr(equals + 1);
+        given.define[definition.substr(0, equals)] = definition.substr(equals + 1);
     }
-    return loadScene(options.input, load);
-}
-
-Scene openScene(const Options& options) {
-    Scene scene = readScene(options);
-    for (const std::string& warning : scene.warnings)
+    v1::Scene scene = v1::Scene::load(options.input, given);
+    if (!setValues)
+        return scene;
+    for (const std::string& warning : scene.warnings())
         logWarn(warning);
     for (const std::string& assignment : options.set)
-        applySet(scene, assignment);
+        applySet(scene.state()->scene, assignment);
     return scene;
 }
+
+const char* samplingName(Sampling sampling) {
+    for (const auto& s : kSamplings)
+        if (s.value == sampling)
+            return s.name;
+    return "";
+}
+
+} // namespace
+
+Scene readScene(const Options& options) { return std::move(load(options, false).state()->scene); }
+Scene openScene(const Options& options) { return std::move(load(options, true).state()->scene); }
 
 View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like, int defaultWidth) {
     View view;
@@ -52,58 +63,60 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
     return view;
 }
 
-RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable) {
-    RenderConfig config;
-    config.differentiable = differentiable;
-    config.maxDepth = options.effectiveDepth(scene.maxDepth);
-    config.sampler = options.sampler;
-    config.lightSampling = !options.noLightSampling;
-    config.allFeatures = options.allFeatures;
-    config.memoryBudget = options.memory << 20;
-    config.ranks = &ranks();
-    config.guiding = usesGuide(options);
-    config.learning = usesGuide(options) && options.command == Command::Optimize;
-    config.roulette = usesGuide(options) && options.roulette && options.isReverse();
-    const bool steps = options.command == Command::Optimize || (options.command == Command::Compare && options.mode == "optimize");
-    config.differences = steps && options.recovery.sppDifference > 0;
-    config.guideMemory = options.guideMemory << 20;
-    config.guide.cellRecords = options.cellRecords;
-    config.guide.directionShare = options.directionShare;
-    config.guide.forgetting = options.forgetting;
-    config.guideShare = options.guideShare;
-    config.rouletteEffort = options.rouletteEffort;
-    return config;
+Session::Session(const Options& options, Report& report)
+    : scene(load(options, true)), options_(options), report_(report), record_(options, report) {
+    for (const std::uint32_t p : selectParameters(host(), options.param))
+        parameters.push_back(host().parameters[p].name);
 }
 
-Session::Session(const Options& options, Report& report) : scene(openScene(options)), options_(options), report_(report), record_(options, report) {
-    parameters = selectParameters(scene, options.param);
-    // What may change is kept as floats from here on.
-    for (std::uint32_t p : parameters)
-        if (scene.parameters[p].values.empty())
-            scene.parameters[p].materialise();
+const Scene& Session::host() const { return scene.state()->scene; }
+const Parameter& Session::parameter(std::size_t index) const { return host().parameters[host().parameter(parameters[index])]; }
+
+v1::Device& Session::openDevice() {
+    if (!device_) {
+        device_.emplace(options_.device.empty() ? deviceOfRank() : options_.device);
+        requireSameRanks(device(), options_);
+    }
+    return *device_;
 }
 
-void Session::openDevice() {
-    if (device_)
+const Device& Session::device() const { return device_->state()->device; }
+
+void Session::begin(const View& view, const std::filesystem::path& folder) {
+    report_.seconds.load = std::max(0.0, loading_.seconds() - device().compileSeconds());
+    report_.addDevice(device());
+    record_.begin(view, options_.effectiveDepth(host().maxDepth), folder);
+}
+
+void Session::add(const v1::PassReport& pass) {
+    report_.addStatistics({.guided = pass.depths,
+                           .paths = pass.paths,
+                           .rays = pass.rays,
+                           .dropped = pass.dropped,
+                           .repeatedPasses = 0,
+                           .refusedSplits = pass.refusedSplits});
+    report_.seconds.guide += pass.learningSeconds;
+}
+
+void Session::tellSampling(const v1::PassReport& pass) {
+    auto plain = nlohmann::ordered_json::object(), with = plain;
+    for (const MethodFigures& f : pass.figures)
+        (f.roulette ? with : plain)[samplingName(f.sampling)] = {{"variance", f.variance}, {"rays_per_path", f.raysPerPath}, {"passes", f.passes}};
+    report_.extra["sampling"] = {{"kind", samplingName(pass.sampling)}, {"roulette", pass.roulette}, {"figures", plain}, {"roulette_figures", with}};
+    if (!usesGuide(options_) || options_.quiet)
         return;
-    device_.emplace(Device::Options{.select = options_.device.empty() ? deviceOfRank() : options_.device});
-    requireSameRanks(*device_, options_);
+    std::ostream& out = textOut(options_);
+    out << "  drawn by          " << samplingName(pass.sampling) << (pass.roulette ? ", roulette and splitting" : "") << '\n';
+    for (const MethodFigures& f : pass.figures)
+        out << "    " << samplingName(f.sampling) << (f.roulette ? " + roulette" : "") << ": variance " << f.variance << ", " << f.raysPerPath << " rays a path\n";
 }
 
-void Session::prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make) {
-    openDevice();
-    const RenderConfig config = renderConfig(options_, scene, parameters);
-    renderer_ = &make(config);
-    report_.seconds.load = std::max(0.0, loading_.seconds() - device_->compileSeconds());
-    report_.addDevice(*device_);
-    record_.begin(view, config.maxDepth, folder);
-}
+bool Session::savesGuide() const { return !options_.saveGuide.empty() && ranks().isRoot(); }
 
 void Session::finish(const Image* result) {
     if (ranks().size() > 1)
         report_.extra["ranks"] = trafficReport();
-    report_.addStatistics(renderer_->statistics());
-    report_.addDevice(*device_);
+    report_.addDevice(device());
     record_.requireFinite(result);
 }
 

@@ -4,9 +4,11 @@
 #include "render/renderer.h"
 #include "session/report.h"
 
+#include <cmpg/device.h>
+#include <cmpg/report.h>
+
 namespace cmpg {
 
-// Loads the scene, prints its warnings on stderr and applies --set.
 // The scene of the options as it is in its file.
 Scene readScene(const Options& options);
 // The same with the values of --set; logs its warnings.
@@ -15,9 +17,6 @@ Scene openScene(const Options& options);
 // The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
 // camera's aspect ratio. Error(Input) when `like` has another size than asked for.
 View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
-
-// How a renderer of the scene is built, as far as options say it.
-RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable);
 
 // What a command does on a device, as run.json and the report have it.
 class RunRecord {
@@ -47,24 +46,40 @@ class Session {
     // Reads the scene; no device yet.
     Session(const Options& options, Report& report);
 
-    Scene scene;
-    std::vector<std::uint32_t> parameters; // selected by --param
-    // Opens the device and has `make` make a renderer that outlives all other use of the session, for the scene as it is now: after all other
-    // input was checked, which needs no device. The report takes up the times so far. Then as RunRecord::begin().
-    void prepare(const View& view, const std::filesystem::path& folder, const std::function<Renderer&(const RenderConfig&)>& make);
-    void openDevice(); // that prepare() opens if nobody has
-    Renderer& renderer() { return *renderer_; } // after prepare()
-    Device& device() { return *device_; }       // after either
+    v1::Scene scene;                                     // --set applied
+    std::vector<std::string> parameters;                 // selected by --param
+    const Scene& host() const;                           // the scene itself
+    const Parameter& parameter(std::size_t index) const; // of `parameters`
+
+    v1::Device& openDevice(); // the first time: after all other input was checked
+    const Device& device() const;
+    // What works on the device is made, for images of this view. The report takes up the times so far. Then as RunRecord::begin().
+    void begin(const View& view, const std::filesystem::path& folder);
     void record(const std::function<void(Options&)>& change) { record_.record(change); }
-    // Device times, memory and statistics go to the report. Then as RunRecord::requireFinite().
+
+    // Costs and losses of a pass, or of all passes of a recovery, go to the report.
+    void add(const v1::PassReport& pass);
+    // Tells how directions were drawn; saves the guide of `learned`, a renderer or a recovery, as the options want it.
+    template <class Learned> void tell(const v1::PassReport& pass, const Learned& learned) {
+        tellSampling(pass);
+        if (!savesGuide())
+            return;
+        learned.saveGuide(options_.saveGuide);
+        report_.outputs.emplace_back("guide", options_.saveGuide);
+    }
+    // Device times and memory go to the report. Then as RunRecord::requireFinite().
     void finish(const Image* result = nullptr);
 
-  private:
+  protected:
     const Options& options_;
     Report& report_;
+
+  private:
+    void tellSampling(const v1::PassReport& pass);
+    bool savesGuide() const;
+
     Stopwatch loading_;
-    std::optional<Device> device_;
-    Renderer* renderer_ = nullptr;
+    std::optional<v1::Device> device_;
     RunRecord record_;
 };
 

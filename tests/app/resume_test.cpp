@@ -292,7 +292,7 @@ TEST_F(Resume, AFolderThatVanishesIsMadeAgain) {
     ASSERT_TRUE(waitForRows(program, "run", 4));
     fs::rename(folder_ / "run", folder_ / "gone");
     const ProgramResult result = program.wait();
-    EXPECT_NE(result.err.find("goes on in memory"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("continues in memory"), std::string::npos) << result.err;
     Files found = results("run");
     for (const char* name : {"parameters/painting.baseColor.exr", "final.exr", "loss.csv", "learned.guide"})
         EXPECT_TRUE(found[name] == expected.at(name)) << name;
@@ -308,7 +308,7 @@ TEST_F(Resume, AFolderThatTakesNothingMoreIsSurvived) {
     test::writeText(folder_ / "run", "in the way");
     const ProgramResult result = program.wait();
     EXPECT_EQ(result.code, 6) << result.err;
-    EXPECT_NE(result.err.find("goes on in memory"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("continues in memory"), std::string::npos) << result.err;
     EXPECT_EQ(test::readText(folder_ / "run"), "in the way");
     fs::remove(folder_ / "run");
     fs::rename(folder_ / "kept", folder_ / "run");

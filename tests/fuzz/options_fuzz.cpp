@@ -1,7 +1,7 @@
 // The command line, an argument a line, and after an empty line the file that --config run.json stands for. Parsed and checked, not run.
 #include "app/parse_options.h"
 #include "lab/compare_methods.h"
-#include "session/optimize_options.h"
+#include "session/library_options.h"
 #include "session/options.h"
 #include "fuzz.h"
 

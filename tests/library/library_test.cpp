@@ -329,21 +329,59 @@ TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
         whole.step();
     for (int i = 0; i < 2; ++i)
         half.step();
-    half.save(folder / "kept");
+    EXPECT_GT(half.save(folder / "kept"), 64u * 64 * 3 * sizeof(float));
     Recovery resumed(device(), scene, targets, paintingOptions());
     EXPECT_FALSE(resumed.resume(folder / "none"));
-    ASSERT_TRUE(resumed.resume(folder / "kept"));
+    std::vector<Warning> warnings;
+    ASSERT_TRUE(resumed.resume(folder / "kept", &warnings));
+    EXPECT_TRUE(warnings.empty()) << warnings.front().text;
     EXPECT_EQ(resumed.steps(), 2u);
+    ASSERT_EQ(resumed.history().size(), 2u);
     for (int i = 0; i < 2; ++i)
         resumed.step();
     EXPECT_EQ(resumed.values(kPainting), whole.values(kPainting));
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(resumed.history().at(i).loss, whole.history().at(i).loss);
 
     RecoveryOptions others = paintingOptions();
     others.sppGradient = 8;
     Recovery other(device(), scene, targets, others);
     const Error error = errorOf([&] { other.resume(folder / "kept"); });
-    EXPECT_EQ(error.kind, ErrorKind::Input);
-    EXPECT_NE(std::string(error.what()).find("spp-gradient"), std::string::npos) << error.what();
+    EXPECT_EQ(error.kind, ErrorKind::Usage);
+    EXPECT_NE(std::string(error.what()).find("spp-gradient differs: it has 4, this one 8"), std::string::npos) << error.what();
+    EXPECT_EQ(error.options, (std::vector<std::string>{"spp-gradient", "resume"}));
+    Recovery beside(device(), scene, {smallTarget(2)}, paintingOptions());
+    const Error of = errorOf([&] { beside.resume(folder / "kept"); });
+    EXPECT_EQ(of.kind, ErrorKind::Input);
+    EXPECT_NE(std::string(of.what()).find("the target differs"), std::string::npos) << of.what();
+}
+
+TEST(LibraryRecovery, ShowsWhatItBeganWithAndWhatItDid) {
+    const Scene scene = greyScene();
+    Recovery recovery(device(), scene, {smallTarget()}, paintingOptions());
+    const Image start = recovery.image(0, 4);
+    int shown = 0;
+    recovery.onImage([&](std::size_t target, const Image& image) {
+        EXPECT_EQ(target, 0u);
+        EXPECT_EQ(image.width, 32);
+        ++shown;
+    });
+    recovery.prepare();
+    const RecoveryStep step = recovery.step();
+    EXPECT_EQ(shown, 1);
+    EXPECT_GE(step.paths, 32u * 32 * 16);
+    EXPECT_LE(step.imageSeconds + step.gradientSeconds + step.updateSeconds, step.seconds);
+    // Between two passes of other values nothing of them stays behind.
+    const Image after = recovery.image(0, 4);
+    EXPECT_NE(after.values, start.values);
+    EXPECT_EQ(recovery.image(0, 4, true).values, start.values);
+    EXPECT_EQ(recovery.image(0, 4).values, after.values);
+    const PassReport report = recovery.report();
+    EXPECT_EQ(report.width, 32);
+    EXPECT_GT(report.paths, step.paths);
+    EXPECT_TRUE(report.guided);
+    EXPECT_TRUE(report.dropped.empty() || report.dropped.begin()->second == 0);
+    EXPECT_EQ(recovery.step().step, 1u);
 }
 
 TEST(LibraryRecovery, GradientsReachTheirErrorAndGuidesAreKept) {

@@ -3,7 +3,7 @@
 #include "scene/scene_file.h"
 
 #include "optimize/renderer_model.h"
-#include "session/optimize_options.h"
+#include "session/library_options.h"
 #include "session/parameter_values.h"
 #include "session/targets.h"
 

@@ -17,7 +17,7 @@ class Watched {
             report.loss = loss;
             report.gradientNorm = {norm * (0.5 + uniform_(random_))};
             report.concentration = concentration;
-            for (const GradientWatch::Finding& f : watch_.observe(report)) {
+            for (const v1::Warning& f : watch_.observe(report)) {
                 EXPECT_FALSE(f.options.empty()) << f.text; // a remedy
                 events.push_back(f.event);
             }

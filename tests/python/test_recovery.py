@@ -53,8 +53,20 @@ def test_goes_on_from_a_checkpoint(grey, target, tmp_path):
     resumed.step()
     resumed.step()
     np.testing.assert_array_equal(resumed[PAINTING], whole[PAINTING])
-    with pytest.raises(cmpg.InputError, match="rate of baseColor"):
+    assert [s.loss for s in resumed.history] == [s.loss for s in whole.history] and len(whole.history) == 4
+    with pytest.raises(cmpg.UsageError, match="rate of baseColor") as refused:
         cmpg.Recovery(grey, target, PAINTING, max_depth=4).resume(tmp_path / "kept")
+    assert refused.value.options == ["rate", "resume"]
+
+
+def test_tells_what_it_did(grey, target):
+    recovery = cmpg.Recovery(grey, target, PAINTING, max_depth=4)
+    start = recovery.image(spp=4)
+    step = recovery.step()
+    assert 0 < step.image_seconds + step.gradient_seconds <= step.seconds and step.warnings == []
+    np.testing.assert_array_equal(recovery.image(spp=4, initial=True), start)
+    assert (recovery.image(spp=4) != start).any()
+    assert recovery.report.paths > 0 and recovery.report.sampling in ("bsdf", "primal", "conditional") and recovery.report.guided
 
 
 def test_interrupt_ends_a_recovery(grey):
@@ -97,3 +109,6 @@ def test_defaults_are_those_of_the_command_line(grey, target, tmp_path):
     for _ in recovery:
         pass
     np.testing.assert_array_equal(recovery[PAINTING], cmpg.load_image(tmp_path / "run/parameters/painting.baseColor.exr"))
+    continued = cmpg.Recovery(grey, target, PAINTING, steps=3)  # from the program's checkpoint
+    assert continued.resume(tmp_path / "run") and continued.steps_done == 3
+    np.testing.assert_array_equal(continued[PAINTING], recovery[PAINTING])

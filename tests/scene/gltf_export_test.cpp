@@ -1,5 +1,6 @@
 // Export: a scene written with changed parameters loads back with the same values.
 #include "gltf_writer.h"
+#include "scene/export_folder.h"
 #include "scene/image.h"
 #include "test_images.h"
 
@@ -197,6 +198,12 @@ TEST(GltfExport, RefusesToOverwriteItsSource) {
         EXPECT_EQ(e.kind, ErrorKind::Output);
     }
     EXPECT_NO_THROW(loadScene(f.folder / "scene.gltf"));
+}
+
+TEST(ExportFolder, FileNamesAreSafe) {
+    EXPECT_EQ(fileName("wall.baseColor"), "wall.baseColor");
+    EXPECT_EQ(fileName("../a/b\n.normal").find_first_of("/\\\n"), std::string::npos);
+    EXPECT_NE(fileName("a/b.normal"), fileName("a:b.normal")); // no two parameters share a file
 }
 
 } // namespace

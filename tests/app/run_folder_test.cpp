@@ -1,8 +1,7 @@
 // The files a run leaves, and the line it shows.
+#include "app/progress.h"
+#include "app/run_folder.h"
 #include "base/error.h"
-#include "linear_model.h"
-#include "optimize/progress.h"
-#include "optimize/run_folder.h"
 
 #include <algorithm>
 #include <fstream>
@@ -13,7 +12,6 @@ namespace cmpg {
 namespace {
 
 namespace fs = std::filesystem;
-using test::LinearModel;
 
 class RunFolderFiles : public testing::Test {
   protected:
@@ -36,53 +34,44 @@ class RunFolderFiles : public testing::Test {
 
 TEST_F(RunFolderFiles, CsvHasAHeaderAndAFlushedRowPerStep) {
     RunFolder files(folder_);
-    StepReport report;
-    report.loss = 0.125;
-    report.regularizer = 0.5;
-    report.rate = 0.02;
-    report.secondsPrimal = 1;
-    report.secondsGradient = 2;
-    report.secondsUpdate = 0.25;
-    report.gradientNorm = {3, 4};
-    report.dropped = 6;
-    for (report.step = 0; report.step < 3; ++report.step) {
-        files.appendStep(report);
-        EXPECT_EQ(csv().size(), report.step + 2); // read back while the file is still open
+    v1::RecoveryStep step{.loss = 0.125, .regularizer = 0.5, .rate = 0.02, .imageSeconds = 1, .gradientSeconds = 2, .updateSeconds = 0.25, .gradientNorm = 5,
+                          .dropped = 6};
+    for (step.step = 0; step.step < 3; ++step.step) {
+        files.appendStep(step);
+        EXPECT_EQ(csv().size(), step.step + 2); // read back while the file is still open
     }
     EXPECT_EQ(csv()[0], "step,loss,loss_error,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped");
     EXPECT_EQ(csv()[3], "2,0.125,0,0.5,0.02,1.0000,2.0000,0.2500,5,6");
 }
 
-TEST_F(RunFolderFiles, ImagesAndGradientsAreWhatTheRunHas) {
-    Scene scene = test::makeScene();
-    OptimizeConfig config;
-    config.steps = 5;
-    config.targets = test::makeTargets(2, 6, 4);
-    LinearModel model(scene, 2, 6, 4, 0);
-    Optimization run(model, scene, config, {0, 1});
+TEST_F(RunFolderFiles, ImagesOfViewsAreNumberedAndHaveTheirValues) {
     RunFolder files(folder_);
-    files.writeTargets(run);
-    files.writeInitial(run, 4);
-    run.run([&](const StepReport& report) { files.appendStep(report); });
-    files.writeImages(run, 4);
-
-    for (std::size_t view = 0; view < 2; ++view) {
-        const std::string end = view == 0 ? ".0.exr" : ".1.exr";
-        EXPECT_EQ(readImage(folder_ / ("target" + end)).image.values, config.targets[view].image.values);
-        const Image before = readImage(folder_ / ("initial" + end)).image, after = readImage(folder_ / ("final" + end)).image;
-        const Image difference = readImage(folder_ / ("difference" + end)).image;
-        EXPECT_EQ(after.values, run.render(view, 4).values);
-        EXPECT_NE(before.values, after.values);
-        for (std::size_t i = 0; i < before.values.size(); ++i)
-            ASSERT_EQ(difference.values[i], after.values[i] - before.values[i]);
+    const std::vector<Image> images{Image(6, 4, 3, 0.25f), Image(5, 3, 3, -2.f)};
+    files.writeViews("difference", images);
+    files.writeViews("final", std::span(images).first(1)); // a single one has no number
+    files.writeGradient("wall.baseColor", images[1]);
+    const std::pair<const char*, int> expected[] = {
+        {"difference.0.exr", 0}, {"difference.1.exr", 1}, {"final.exr", 0}, {"gradients/wall.baseColor.exr", 1}};
+    for (const auto& [name, image] : expected) {
+        const Image found = readImage(folder_ / name).image;
+        EXPECT_EQ(found.width, images[std::size_t(image)].width) << name;
+        EXPECT_EQ(found.values, images[std::size_t(image)].values) << name;
     }
-    const Image gradient = readImage(folder_ / "gradients" / "wall.baseColor.exr").image;
-    ASSERT_EQ(gradient.values.size(), 48u);
-    for (std::size_t i = 0; i < 48; ++i)
-        EXPECT_EQ(gradient.values[i], float(run.gradients()[0][i]));
-    EXPECT_TRUE(fs::exists(folder_ / "gradients" / "lamp.emission.exr"));
+    EXPECT_EQ(files.outputs().size(), 5u); // loss.csv too
     for (const auto& [name, path] : files.outputs())
         EXPECT_TRUE(fs::exists(path)) << name;
+}
+
+TEST_F(RunFolderFiles, WhatCannotBeWrittenIsToldAndTheRestIsWritten) {
+    RunFolder files(folder_);
+    std::vector<std::string> failures;
+    files.tolerate([&](const Error& error) { failures.push_back(error.what()); });
+    std::ofstream(folder_ / "gradients") << "in the way";
+    const Image image(2, 2, 3, 1.f);
+    files.writeGradient("wall.baseColor", image);
+    files.writeViews("final", {&image, 1});
+    EXPECT_EQ(failures.size(), 1u);
+    EXPECT_TRUE(fs::exists(folder_ / "final.exr"));
 }
 
 TEST_F(RunFolderFiles, RefusesAPlaceItCannotWriteTo) {
@@ -96,14 +85,8 @@ TEST_F(RunFolderFiles, RefusesAPlaceItCannotWriteTo) {
     }
 }
 
-TEST(RunFolder, FileNamesAreSafe) {
-    EXPECT_EQ(parameterFileName("wall.baseColor"), "wall.baseColor");
-    EXPECT_EQ(parameterFileName("../a/b\n.normal").find_first_of("/\\\n"), std::string::npos);
-    EXPECT_NE(parameterFileName("a/b.normal"), parameterFileName("a:b.normal")); // no two parameters share a file
-}
-
 TEST(Progress, LineTellsStepLossRateAndTimeLeft) {
-    StepReport report;
+    v1::RecoveryStep report;
     report.step = 11;
     report.loss = 1.234e-3;
     EXPECT_EQ(progressLine(report, 200, 3.4e6, 83), "step 12/200  loss 1.2340e-03  3.40 M samples/s  ETA 1:23");
@@ -117,7 +100,7 @@ TEST(Progress, RewritesOneLineOnATerminalAndPrintsAFewElsewhere) {
     for (const bool terminal : {true, false}) {
         std::ostringstream out;
         Progress progress(out, terminal, 100);
-        StepReport report;
+        v1::RecoveryStep report;
         for (report.step = 0; report.step < 100; ++report.step)
             progress.update(report);
         progress.finish();

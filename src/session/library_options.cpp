@@ -1,10 +1,11 @@
-// The options of an optimisation as its configuration.
-#include "session/optimize_options.h"
+// The options as the library has them.
+#include "session/library_options.h"
 
 #include "base/error.h"
 #include "optimize/recovery_config.h"
 #include "session/option_values.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -30,17 +31,49 @@ std::vector<std::pair<std::string, float>> parseRates(const std::vector<std::str
 
 } // namespace
 
-OptimizeConfig optimizeConfig(const Options& options) {
+bool usesGuide(const Options& options) {
+    const bool wanted = options.sampling != Sampling::Bsdf || (options.roulette && options.isReverse()) || !options.saveGuide.empty();
+    return wanted && (options.command == Command::Optimize || options.effectiveTrain() > 0 || !options.loadGuide.empty());
+}
+
+v1::PathOptions pathOptions(const Options& o, std::uint32_t depth) {
+    return {.maxDepth = depth,
+            .sampling = o.sampling,
+            .pixelSampling = o.pixelSampling.value_or(PixelSampling::Adjoint),
+            .roulette = o.roulette,
+            .positivize = o.positivize,
+            .lightSampling = !o.noLightSampling,
+            .memory = o.memory,
+            .guideMemory = o.guideMemory,
+            .sampler = o.sampler,
+            .guide = {.load = o.loadGuide,
+                      .keep = !o.saveGuide.empty(),
+                      .share = o.guideShare,
+                      .rouletteEffort = o.rouletteEffort,
+                      .cellRecords = o.cellRecords,
+                      .directionShare = o.directionShare,
+                      .forgetting = o.forgetting},
+            .allFeatures = o.allFeatures};
+}
+
+v1::RecoveryOptions recoveryOptions(const Options& options, std::uint32_t depth) {
     v1::RecoveryOptions recovery = options.recovery;
+    recovery.paths = pathOptions(options, depth);
     recovery.spp = options.effectiveSpp();
     recovery.sppGradient = options.effectiveSppGradient();
     recovery.seed = options.seed;
     recovery.loss = options.loss;
     recovery.rates = parseRates(options.rate);
-    OptimizeConfig config = configOf(recovery);
-    config.stopAfter = options.stopAfter.value_or(recovery.steps);
-    return config;
+    if (options.freeze)
+        recovery.freeze = std::max(1u, *options.freeze); // the guide of no step is of no use
+    if (options.errorTarget) {
+        recovery.errorTarget = double(*options.errorTarget);
+        recovery.batches = options.effectiveBatches();
+    }
+    return recovery;
 }
+
+OptimizeConfig optimizeConfig(const Options& options) { return configOf(recoveryOptions(options, 0)); }
 
 CheckpointInterval checkpointInterval(const Options& options) {
     const std::string& text = options.checkpointEvery;

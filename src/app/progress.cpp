@@ -1,5 +1,5 @@
 // One line about how far an optimisation is.
-#include "optimize/progress.h"
+#include "app/progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,29 +26,29 @@ std::string duration(double seconds) {
 
 } // namespace
 
-std::string progressLine(const StepReport& report, std::uint32_t steps, double samplesPerSecond, double secondsLeft) {
+std::string progressLine(const v1::RecoveryStep& step, std::uint32_t steps, double samplesPerSecond, double secondsLeft) {
     char text[160];
-    std::snprintf(text, sizeof text, "step %u/%u  loss %.4e  %.2f M samples/s  ETA ", report.step + 1, steps, report.loss,
+    std::snprintf(text, sizeof text, "step %u/%u  loss %.4e  %.2f M samples/s  ETA ", step.step + 1, steps, step.loss,
                   samplesPerSecond * 1e-6);
     std::string line = text + duration(secondsLeft);
-    if (report.dropped > 0)
-        line += "  dropped " + std::to_string(report.dropped);
+    if (step.dropped > 0)
+        line += "  dropped " + std::to_string(step.dropped);
     return line;
 }
 
 Progress::Progress(std::ostream& out, bool terminal, std::uint32_t steps)
     : out_(out), terminal_(terminal), steps_(steps), interval_(std::max(1u, steps / kLines)) {}
 
-void Progress::update(const StepReport& report) {
+void Progress::update(const v1::RecoveryStep& step) {
     ++done_;
-    samples_ += report.samples;
+    samples_ += step.paths;
     const double seconds = std::max(watch_.seconds(), 1e-9);
-    const double left = seconds / done_ * (steps_ - std::min(report.step + 1, steps_));
-    const std::string line = progressLine(report, steps_, double(samples_) / seconds, left);
+    const double left = seconds / done_ * (steps_ - std::min(step.step + 1, steps_));
+    const std::string line = progressLine(step, steps_, double(samples_) / seconds, left);
     if (terminal_) {
         out_ << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ') << std::flush;
         width_ = line.size();
-    } else if (done_ == 1 || report.step + 1 == steps_ || (report.step + 1) % interval_ == 0) {
+    } else if (done_ == 1 || step.step + 1 == steps_ || (step.step + 1) % interval_ == 0) {
         out_ << line << std::endl;
     }
 }

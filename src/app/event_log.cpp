@@ -1,5 +1,5 @@
 // The log of a run.
-#include "optimize/event_log.h"
+#include "app/event_log.h"
 
 #include <chrono>
 #include <cstdio>

@@ -2,20 +2,21 @@
 #pragma once
 
 #include "base/stopwatch.h"
-#include "optimize/optimize.h"
+
+#include <cmpg/recovery.h>
 
 #include <iosfwd>
 
 namespace cmpg {
 
 // "step 12/200  loss 1.234e-03  3.4 M samples/s  ETA 1:23"
-std::string progressLine(const StepReport& report, std::uint32_t steps, double samplesPerSecond, double secondsLeft);
+std::string progressLine(const v1::RecoveryStep& step, std::uint32_t steps, double samplesPerSecond, double secondsLeft);
 
 // Rewrites one line on a terminal; elsewhere prints a line every few steps and at the last one.
 class Progress {
   public:
     Progress(std::ostream& out, bool terminal, std::uint32_t steps);
-    void update(const StepReport& report);
+    void update(const v1::RecoveryStep& step);
     void finish(); // leaves the line on a terminal
 
   private:

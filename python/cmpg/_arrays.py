@@ -1,0 +1,68 @@
+"""Arrays in and out, pictures and their files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _cmpg
+from ._errors import UsageError
+
+Path = Union[str, "os.PathLike[str]"]
+Names = Union[str, Sequence[str]]
+
+
+def floats(values: Any) -> npt.NDArray[np.float32]:
+    """Any array as contiguous float32: itself where it is that. Arrays of other libraries come by DLPack, without a copy where they lie on the host."""
+    if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
+        if getattr(values, "requires_grad", False):  # a tensor's graph would be cut in silence
+            raise UsageError("values that take part in a derivative would be cut off from it", "", "use cmpg.torch.render(), or give values.detach()")
+        try:
+            values = np.from_dlpack(values)
+        except (BufferError, RuntimeError, TypeError) as error:
+            raise UsageError("an array of another library cannot be read", str(error), "copy it to the host as float32") from error
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def names_of(names: Names) -> list[str]:
+    return [names] if isinstance(names, str) else list(names)
+
+
+class Image(np.ndarray):
+    """An array of (height, width, channels), float32, linear, that shows itself as a picture in a notebook."""
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        return array[()] if array.ndim == 0 else array.view(Image)  # a sum is a number, no picture
+
+    def save(self, file: Path, exposure: float = 0) -> None:
+        """Writes .exr (exact) or .png (8-bit sRGB of values times 2^exposure, clamped to [0, 1]).
+
+        Raises:
+            UsageError: another ending.
+            OutputError: the file cannot be written.
+        """
+        _cmpg.save_image(file, floats(self), exposure)
+
+    def png(self, exposure: float = 0) -> bytes:
+        """The bytes of such a PNG file."""
+        return _cmpg.encode_png(floats(self), exposure)
+
+    def _repr_png_(self) -> bytes | None:
+        return self.png() if self.ndim == 3 and self.shape[2] in (1, 3) else None
+
+
+def as_image(array: npt.NDArray[np.float32]) -> Image:
+    return array.view(Image)
+
+
+def load_image(file: Path) -> Image:
+    """Reads .exr, .hdr, .png or .jpg as (height, width, 3); 8-bit files are decoded from sRGB.
+
+    Raises:
+        InputError: the file is missing or malformed.
+    """
+    return as_image(_cmpg.load_image(file))

@@ -1,0 +1,149 @@
+"""Images and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _cmpg
+from ._arrays import Image, Names, Path, as_image, floats, names_of
+from ._cmpg import PassReport
+from ._scene import Device, Scene
+
+
+def path_options(max_depth: int, sampling: str, pixel_sampling: str, roulette: str, positivize: bool, no_nee: bool, memory: int, guide_memory: int,
+                 sampler: str, load_guide: Path | None, keep_guide: bool, expert: Mapping[str, float] | None) -> Any:
+    return _cmpg.PathOptions(max_depth=max_depth, sampling=sampling, pixel_sampling=pixel_sampling, roulette=roulette, positivize=positivize,
+                             no_nee=no_nee, memory=memory, guide_memory=guide_memory, sampler=sampler, load_guide=load_guide or "",
+                             keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
+
+
+class Renderer:
+    """Images of a scene and their derivatives. Every pass reads the scene's current values.
+
+    Values of the parameters in `param` may change at little cost; a change of any other has the renderer made anew, without its guide.
+
+    Args:
+        scene: what is rendered.
+        param: names or globs of the parameters that derivatives may be asked for.
+        device: where; None: the scene's.
+        max_depth: segments of a path, 1 = lights seen directly alone; 0: the scene's.
+        sampling: how directions are drawn: "bsdf", "primal", "differential", "uniform", "conditional" or "auto".
+        pixel_sampling: samples of backward(): "uniform", or "adjoint": more where the adjoint is large.
+        roulette: of backward() after learning passes: "adjoint" ends and splits paths by what the guide expects of them, "off" ends them by what
+            surfaces scatter alone, as in images.
+        positivize: derivative passes in two halves, one for each sign of the derivative.
+        no_nee: no light sampling; emitters are only found by chance.
+        memory: MiB of device memory for a pass, beside the scene and its parameters.
+        guide_memory: MiB of device memory for the guide.
+        sampler: random numbers: "sobol" (Owen-scrambled), or "independent".
+        load_guide: a file of save_guide(), from which passes draw and learning passes continue.
+        keep_guide: to be saved: learn a guide even where no pass would draw from it.
+        expert: guide_share (of directions, drawn from the guide), roulette_effort, cell_records, direction_share, forgetting, all_features, as of
+            the command line.
+
+    Raises:
+        UsageError: an unknown parameter or an option out of range.
+        DeviceError: memory is short.
+    """
+
+    def __init__(self, scene: Scene, param: Names = (), *, device: Device | None = None, max_depth: int = 0, sampling: str = "auto",
+                 pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
+                 guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
+                 keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
+        paths = path_options(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
+        #: what the last pass did: samples, error, seconds, method; None before the first
+        self.report: PassReport | None = None
+        self._scene = scene
+        self._handle = _cmpg.Renderer((device or scene.device)._handle, scene._handle, names_of(param), paths)
+
+    @property
+    def parameters(self) -> list[str]:
+        """Names of what derivatives may be asked for, globs expanded."""
+        return [info.name for info in self._handle.parameters()]
+
+    def render(self, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+               frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
+        """Radiance, (height, width, 3).
+
+        Args:
+            camera: its name; "": the first.
+            width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: 512 wide.
+            spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
+            seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
+            train: learning passes before this one. They learn a guide anew, from which this pass and those after it draw.
+            train_spp: samples per pixel of each; 0: as many as the pass has.
+            frozen: draws from no guide.
+            error_target: sample until |standard error| / |image| is this small (0.01 is 1 %); `spp` is the most. 0: no target.
+            time_budget: sample for so many seconds, learning included; 0: no budget.
+            batches: divide the samples among so many batches, whose spread tells the error in `report`; 0: 8 with a target or budget, else none.
+            layers: `report.layers()` then has what the camera sees first and what the guide does there: "normal" (height, width, 3), "depth", "albedo" ...
+
+        Raises:
+            UsageError: an unknown camera, or an option out of range.
+        """
+        image, self.report = self._handle.render(
+            _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+        return as_image(image)
+
+    def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
+                train: int = 0, train_spp: int = 0, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0,
+                layers: bool = False) -> Image:
+        """The derivative of the image along a direction, (height, width, 3): the sum over the parameters of dI/dp . v.
+
+        Args:
+            direction: v by the name of the parameter: an array of its shape, one value per channel, or a number.
+            frozen: with the random numbers of render() with the same seed, for comparison with finite differences; from no guide.
+            The others as in render().
+        """
+        given = [(name, self._direction(name, values)) for name, values in direction.items()]
+        image, self.report = self._handle.forward(
+            given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+        return as_image(image)
+
+    def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        return floats(np.broadcast_to(floats(values), self._scene[name].shape))
+
+    def check(self, name: str, direction: npt.ArrayLike = 1, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 16, spp_gradient: int = 0,
+              seed: int = 0) -> dict[str, Any]:
+        """The derivative along a direction of one parameter against finite differences of images, 16 times each.
+
+        Args:
+            name: the parameter.
+            direction: an array of its shape, one value per channel, or a number.
+            width, height: both 0: 128 wide.
+            spp, spp_gradient: samples per pixel of each of up to 200 images, and of each of 16 derivatives (0: as many).
+
+        Returns:
+            "agrees": whether no mean of a channel or of a block of pixels differs by more than chance and the errors of differences explain; and
+            "comparisons": these, each with "what", "forward", "finite", "standard_error", "relative_error", "power" (the least relative error that would
+            stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
+        """
+        options = _cmpg.PassOptions(camera, width, height, spp, seed, 0, 0, True, 0, 0, 0, False)
+        return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
+
+    def save_guide(self, file: Path) -> None:
+        """Writes what was learned, for `load_guide`.
+
+        Raises:
+            UsageError: nothing was learned.
+            OutputError: it cannot be written.
+        """
+        self._handle.save_guide(file)
+
+    def backward(self, adjoint: npt.ArrayLike, *, camera: str = "", spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+                 frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0) -> dict[str, Image]:
+        """adjoint^T . dI/dp of every parameter in `param`, by name, in the parameter's shape.
+
+        Args:
+            adjoint: (height, width, 3): the derivative of a scalar by every pixel. The pass has its size.
+            frozen: with the random numbers of render() with the same seed, equally many samples in every pixel and no guide, for comparison with
+                finite differences. In an optimisation their noise would be correlated with the image's.
+            The others as in render().
+        """
+        gradients, self.report = self._handle.backward(
+            floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, False))
+        return {name: as_image(gradient) for name, gradient in gradients.items()}

@@ -1,0 +1,98 @@
+// Targets, steps and recoveries of the module.
+#include "handles.h"
+
+void bindRecovery(nb::module_& m) {
+    nb::class_<cmpg::Target>(m, "Target")
+        .def("__init__", [](cmpg::Target* self, const Floats& image, const std::string& camera, const std::optional<Floats>& mask) {
+            new (self) cmpg::Target{camera, toImage(image), mask ? toVector(*mask) : std::vector<float>()};
+        }, "image"_a, "camera"_a, "mask"_a.none())
+        .def_static("load", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
+            return released([&] { return cmpg::Target::load(file, camera, mask, exposure); });
+        }, "file"_a, "camera"_a, "mask"_a, "exposure"_a);
+
+    nb::class_<cmpg::RecoveryStep>(m, "RecoveryStep", "What one step did.")
+        .def_ro("step", &cmpg::RecoveryStep::step, "number of the step, from 0")
+        .def_ro("loss", &cmpg::RecoveryStep::loss,
+                "mean over the views, before the update; of a squared loss without bias by noise, so it may be negative")
+        .def_ro("loss_error", &cmpg::RecoveryStep::lossError, "standard error of `loss` by noise")
+        .def_ro("regularizer", &cmpg::RecoveryStep::regularizer, "weighted; no part of `loss`")
+        .def_ro("rate", &cmpg::RecoveryStep::rate, "of the first parameter, schedule included")
+        .def_ro("seconds", &cmpg::RecoveryStep::seconds, "wall seconds of the step")
+        .def_ro("image_seconds", &cmpg::RecoveryStep::imageSeconds, "of them, for the image")
+        .def_ro("gradient_seconds", &cmpg::RecoveryStep::gradientSeconds, "of them, for the derivative pass")
+        .def_ro("gradient_norm", &cmpg::RecoveryStep::gradientNorm, "Euclidean, over all parameters")
+        .def_ro("dropped", &cmpg::RecoveryStep::dropped, "entries and pixels left out because they were not finite")
+        .def_prop_ro("warnings", [](const cmpg::RecoveryStep& step) {
+            std::vector<std::string> texts;
+            for (const cmpg::Warning& warning : step.warnings)
+                texts.push_back(warning.text);
+            return texts;
+        }, "gradients that explode, stall or come from a few samples, each told once")
+        .def("__repr__", [](const cmpg::RecoveryStep& step) {
+            char text[160];
+            std::snprintf(text, sizeof text, "<step %u: loss %.4g +- %.2g, %.2f s>", step.step, step.loss, step.lossError, step.seconds);
+            return std::string(text);
+        });
+
+    nb::class_<Recovery>(m, "Recovery")
+        .def("__init__", [](Recovery* self, const Device& device, const cmpg::Scene& scene, const std::vector<cmpg::Target>& targets,
+                            const std::vector<std::string>& parameters, const cmpg::PathOptions& paths, std::uint32_t steps, std::uint32_t spp,
+                            std::uint32_t sppGradient, std::uint32_t sppDifference, std::uint64_t seed, const std::string& loss,
+                            const std::string& optimizer, const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule,
+                            float finalRate, float prior, float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp,
+                            std::uint32_t freeze, double errorTarget) {
+            const cmpg::RecoveryOptions options{.paths = paths,
+                                                .parameters = parameters,
+                                                .steps = steps,
+                                                .spp = spp,
+                                                .sppGradient = sppGradient,
+                                                .sppDifference = sppDifference,
+                                                .seed = seed,
+                                                .loss = named("loss", loss, cmpg::kLosses),
+                                                .optimizer = named("optimizer", optimizer, cmpg::kOptimizers),
+                                                .rates = rates,
+                                                .schedule = named("schedule", schedule, cmpg::kSchedules),
+                                                .finalRate = finalRate,
+                                                .prior = prior,
+                                                .totalVariation = totalVariation,
+                                                .viewsPerStep = viewsPerStep,
+                                                .warmUp = warmUp,
+                                                .freeze = freeze,
+                                                .errorTarget = errorTarget};
+            new (self) Recovery(released([&] {
+                cmpg::Recovery recovery(*device.library, scene, targets, options);
+                recovery.onSubmission(endOnSignals);
+                return recovery;
+            }));
+        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a,
+           "loss"_a, "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a, "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a, "error_target"_a)
+        .def("step", [](Recovery& self) { return released([&] { return self.library->step(); }); })
+        .def("steps", [](const Recovery& self) { return released([&] { return self.library->steps(); }); })
+        .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
+        .def("history", [](const Recovery& self) { return released([&] { return self.library->history(); }); })
+        .def("report", [](const Recovery& self) { return released([&] { return self.library->report(); }); })
+        .def("parameters", [](const Recovery& self) { return self.library->parameters(); })
+        .def("values", [](const Recovery& self, const cmpg::ParameterInfo& info) {
+            return toArray(released([&] { return self.library->values(info.name); }), info);
+        }, "parameter"_a)
+        .def("gradient", [](const Recovery& self, const cmpg::ParameterInfo& info) {
+            return toArray(released([&] { return self.library->gradient(info.name); }), info);
+        }, "parameter"_a)
+        .def("image", [](Recovery& self, std::size_t target, std::uint32_t spp, bool initial) {
+            return toArray(released([&] { return self.library->image(target, spp, initial); }));
+        }, "target"_a, "spp"_a, "initial"_a)
+        .def("errors", [](const Recovery& self) {
+            const cmpg::GradientErrors errors = released([&] { return self.library->errors(); });
+            nb::dict result;
+            result["gradients"] = errors.gradients;
+            result["missed"] = errors.missed;
+            result["worst"] = errors.worst;
+            return result;
+        })
+        .def("save_guide", [](const Recovery& self, const std::filesystem::path& file) { released([&] { self.library->saveGuide(file); }); }, "file"_a)
+        .def("apply", [](const Recovery& self, cmpg::Scene& scene) { released([&] { self.library->apply(scene); }); }, "scene"_a)
+        .def("save", [](const Recovery& self, const std::filesystem::path& folder) { released([&] { self.library->save(folder); }); }, "folder"_a)
+        .def("resume", [](Recovery& self, const std::filesystem::path& folder) {
+            return released([&] { return self.library->resume(folder); });
+        }, "folder"_a);
+}

@@ -1,0 +1,121 @@
+// The folder an optimisation writes.
+#include "app/run_folder.h"
+
+#include "scene/export_folder.h"
+#include "scene/file_io.h"
+
+#include <cstdio>
+
+namespace cmpg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kHeader = "step,loss,loss_error,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped\n";
+
+void makeFolder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (!fs::is_directory(folder))
+        throw Error(ErrorKind::Output, "cannot make the folder " + folder.string(),
+                    error ? error.message() : "a file of that name is in the way", "choose another folder with -o");
+}
+
+Error unwritable(const fs::path& file) {
+    return {ErrorKind::Output, "cannot write " + file.string(), "the folder is read-only or gone, or the disk full", "choose another folder with -o"};
+}
+
+std::string row(const v1::RecoveryStep& s) {
+    char text[320];
+    std::snprintf(text, sizeof text, "%u,%.9g,%.3g,%.9g,%.6g,%.4f,%.4f,%.4f,%.6g,%llu\n", s.step, s.loss, s.lossError, s.regularizer, s.rate, s.imageSeconds,
+                  s.gradientSeconds, s.updateSeconds, s.gradientNorm, static_cast<unsigned long long>(s.dropped));
+    return text;
+}
+
+// initial.exr, or initial.<view>.exr where there are several.
+std::string viewFile(const std::string& what, std::size_t view, std::size_t views) {
+    return views == 1 ? what + ".exr" : what + "." + std::to_string(view) + ".exr";
+}
+
+} // namespace
+
+void RunFolder::attempt(const std::function<void()>& write) {
+    if (path_.empty())
+        return;
+    try {
+        write();
+    } catch (const Error& error) {
+        if (!failed_)
+            throw;
+        failed_(error);
+    }
+}
+
+RunFolder::RunFolder(fs::path folder, std::span<const v1::RecoveryStep> history) : path_(std::move(folder)) {
+    if (path_.empty())
+        return;
+    makeFolder(path_);
+    writeLosses(history);
+    outputs_.emplace_back("loss", path_ / "loss.csv");
+}
+
+void RunFolder::writeLosses(std::span<const v1::RecoveryStep> history) {
+    attempt([&] {
+        csv_.close();
+        makeFolder(path_);
+        std::string text = kHeader;
+        for (const v1::RecoveryStep& step : history)
+            text += row(step);
+        const fs::path file = path_ / "loss.csv";
+        writeFile(file, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+        csv_.clear();
+        csv_.open(file, std::ios::app);
+        if (!csv_)
+            throw unwritable(file);
+    });
+}
+
+void RunFolder::appendStep(const v1::RecoveryStep& step) {
+    if (!csv_.is_open())
+        return;
+    attempt([&] {
+        const fs::path file = path_ / "loss.csv";
+        std::error_code ignored;
+        csv_ << row(step) << std::flush;
+        if (csv_ && fs::exists(file, ignored)) // what is written into a file that was removed is gone
+            return;
+        csv_.close();
+        csv_.setstate(std::ios::failbit);
+        throw unwritable(file);
+    });
+}
+
+void RunFolder::writeImage(const std::string& name, const fs::path& file, const Image& image) {
+    attempt([&] {
+        makeFolder(file.parent_path());
+        writeExr(file, image);
+        outputs_.emplace_back(name, file);
+    });
+}
+
+void RunFolder::writeViews(const std::string& what, std::span<const Image> images) {
+    for (std::size_t view = 0; view < images.size(); ++view) {
+        const std::string name = viewFile(what, view, images.size());
+        writeImage(name, path_ / name, images[view]);
+    }
+}
+
+void RunFolder::writeGradient(const std::string& parameter, const Image& gradient) {
+    const std::string name = "gradients/" + fileName(parameter) + ".exr";
+    writeImage(name, path_ / name, gradient);
+}
+
+void RunFolder::writeScene(const v1::Scene& scene, const std::string& format) {
+    attempt([&] {
+        scene.exportTo(path_);
+        outputs_.emplace_back(format, path_ / format);
+        outputs_.emplace_back("parameters", path_ / "parameters");
+    });
+}
+
+} // namespace cmpg
