@@ -8,7 +8,7 @@
 namespace cmpg {
 namespace {
 
-constexpr double kWidth = 1160, kHeight = 560, kLeft = 76, kRight = 620, kTop = 44, kBottom = 500, kRow = 12.5;
+constexpr double kParetoWidth = 1160, kParetoHeight = 560, kParetoLeft = 76, kParetoRight = 620, kParetoTop = 44, kParetoBottom = 500, kParetoRow = 12.5;
 
 bool shown(const ParetoPoint& p) { return drawable(p.seconds, p.error); }
 
@@ -18,15 +18,15 @@ void draw(const ParetoPlot& plot, Drawing& drawing) {
     PlotBounds bounds;
     for (const ParetoPoint& p : plot.points)
         bounds.add(p.seconds, p.error);
-    const LogAxis across = bounds.across(kLeft, kRight), up = bounds.up(kBottom, kTop);
-    drawing.text(kLeft, 20, plot.title, Anchor::Start, black, 14);
+    const LogAxis across = bounds.across(kParetoLeft, kParetoRight), up = bounds.up(kParetoBottom, kParetoTop);
+    drawing.text(kParetoLeft, 20, plot.title, Anchor::Start, black, 14);
     drawLogAxes(drawing, across, up, plot.across, plot.up);
     for (std::size_t i = 1; i < plot.frontier.size(); ++i) {
         const ParetoPoint &a = plot.points[plot.frontier[i - 1]], &b = plot.points[plot.frontier[i]];
         if (shown(a) && shown(b))
             drawing.line(across.place(a.seconds), up.place(a.error), across.place(b.seconds), up.place(b.error), line, 2);
     }
-    double row = kTop + 4;
+    double row = kParetoTop + 4;
     for (std::size_t i = 0; i < plot.points.size(); ++i) {
         const ParetoPoint& p = plot.points[i];
         if (!shown(p))
@@ -35,24 +35,24 @@ void draw(const ParetoPlot& plot, Drawing& drawing) {
         const double x = across.place(p.seconds), y = up.place(p.error);
         drawing.circle(x, y, i == 0 ? 6 : 4, color, !p.biased);
         drawing.text(x + 7, y - 4, label, Anchor::Start, color);
-        drawing.circle(kRight + 18, row - 4, 4, color, !p.biased);
+        drawing.circle(kParetoRight + 18, row - 4, 4, color, !p.biased);
         const bool edge = std::find(plot.frontier.begin(), plot.frontier.end(), i) != plot.frontier.end();
-        drawing.text(kRight + 28, row, label + "  " + p.name + (edge ? "  *" : ""), Anchor::Start, edge ? black : dark);
-        row += kRow;
+        drawing.text(kParetoRight + 28, row, label + "  " + p.name + (edge ? "  *" : ""), Anchor::Start, edge ? black : dark);
+        row += kParetoRow;
     }
-    drawing.text(kRight + 14, 20, "* on the frontier   hollow: biased", Anchor::Start, dark);
+    drawing.text(kParetoRight + 14, 20, "* on the frontier   hollow: biased", Anchor::Start, dark);
 }
 
 } // namespace
 
 std::string ParetoPlot::svg() const {
-    Drawing drawing(Drawing::Target::Svg, kWidth, kHeight, title);
+    Drawing drawing(Drawing::Target::Svg, kParetoWidth, kParetoHeight, title);
     draw(*this, drawing);
     return drawing.svg();
 }
 
 Image ParetoPlot::png() const {
-    Drawing drawing(Drawing::Target::Picture, kWidth, kHeight);
+    Drawing drawing(Drawing::Target::Picture, kParetoWidth, kParetoHeight);
     draw(*this, drawing);
     return drawing.picture();
 }

@@ -4,6 +4,7 @@
 
 #include "render/guided_passes.h"
 #include "session/parameter_values.h"
+#include "session/render_options.h"
 #include "session/session.h"
 
 namespace cmpg::test {
