@@ -72,7 +72,7 @@ Checkpoint::Identity identityOf(const RecoveryOptions& o, const OptimizeConfig& 
     add("forgetting", textOf(paths.guide.forgetting));
     add("roulette-effort", textOf(paths.guide.rouletteEffort));
     add("max-depth", textOf(maxDepth));
-    add("error-target", textOf(o.errorTarget));
+    add("error-target", textOf(float(o.errorTarget))); // as exact as the option of the command line
     if (o.errorTarget > 0)
         add("batches", textOf(o.batches));
     add("loss", nameOf(o.loss, kLosses));

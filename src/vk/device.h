@@ -16,7 +16,7 @@ namespace cmpg {
 
 // Storage buffers that a kernel binds at most, in its full and in its portable variant: what a device must allow. Texel buffers of the full
 // variant, 13 at most, are within what every device allows; the variant for CPUs binds some of these as storage texel buffers, and queues too.
-constexpr std::uint32_t kStorageBuffers = 21, kStorageBuffersPortable = 28, kStorageTexelBuffers = 20;
+constexpr std::uint32_t kStorageBuffers = 20, kStorageBuffersPortable = 28, kStorageTexelBuffers = 20;
 
 // How kernels read their tables, and with what they sum: see cmake/Shaders.cmake.
 enum class KernelVariant { Full, Cpu, Portable };

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <numeric>
 #include <unistd.h>
 
 namespace cmpg {
@@ -103,11 +102,11 @@ class MutatedScenes : public testing::Test {
         config.maxDepth = 4;
         config.memoryBudget = std::uint64_t(16) << 20;
         config.guideMemory = std::uint64_t(1) << 20;
-        config.differentiable.resize(scene.parameters.size());
-        std::iota(config.differentiable.begin(), config.differentiable.end(), 0u);
+        const std::string all = "*";
+        config.differentiable = scene.selectDifferentiable({&all, 1});
         std::vector<std::vector<float>> ones;
-        for (const Parameter& p : scene.parameters)
-            ones.emplace_back(p.entries(), 1.0f);
+        for (const std::uint32_t p : config.differentiable)
+            ones.emplace_back(scene.parameters[p].entries(), 1.0f);
         Renderer renderer(device(), scene, config);
         renderer.setGuide(learned(renderer.guide()));
         constexpr int kWidth = 16, kHeight = 12;

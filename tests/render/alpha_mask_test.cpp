@@ -197,6 +197,14 @@ TEST_F(Coverage, SheetsLieOverEachOther) {
     }
 }
 
+PunctualLight sunFromAbove() {
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::Directional;
+    sun.direction = {0, 0, -1};
+    sun.intensity = glm::vec3(2);
+    return sun;
+}
+
 // A point light, which only shadow rays find, above two sheets.
 TEST_F(Coverage, ShadowsArePartial) {
     Builder b;
@@ -206,11 +214,7 @@ TEST_F(Coverage, ShadowsArePartial) {
     b.square(sheet, 1);
     b.square(sheet, 1.5f);
     b.camera(0.5f);
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = {0, 0, -1};
-    sun.intensity = glm::vec3(2);
-    b.scene.lights = {sun};
+    b.scene.lights = {sunFromAbove()};
     Bench s(b.scene, {});
     const auto found = columnsOf(s, 64);
     for (int c = 0; c < 4; ++c)
@@ -258,11 +262,7 @@ TEST_F(Coverage, DerivativesFollow) {
     b.square(lamp, -1);
     b.square(sheet, 0);
     b.camera(1);
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = {0, 0, -1};
-    sun.intensity = glm::vec3(2);
-    b.scene.lights = {sun};
+    b.scene.lights = {sunFromAbove()};
     Bench s(b.scene, {"lamp.emission", "sheet.baseColor"});
     const View view = viewOf(s.scene, 16, 16);
     const double image = meanOf(s.renderer->render(view, 64, {1, 0, 1}, s.plan, &s.result));

@@ -131,6 +131,18 @@ TEST(Glass, SlabAbsorbs) {
     EXPECT_NEAR(lampBehind(b, 512), expected, 5e-3);
 }
 
+// The mean of images of few pixels, with light sampling or without.
+MeanError meanByLightSampling(const Scene& scene, RenderConfig config, bool sampled) {
+    config.lightSampling = sampled;
+    Bench s(scene, {}, config);
+    std::vector<double> values;
+    for (std::uint32_t i = 0; i < 12; ++i)
+        values.push_back(meanOf(s.renderer->render(viewOf(s.scene, 24, 24), 64, {100 * sampled + i, 0, 0})));
+    const MeanError mean = statistics(values);
+    EXPECT_LT(mean.standardError, 0.02 * mean.mean);
+    return mean;
+}
+
 // A matt ball of ink: what comes out of a rough boundary, with light samples and without.
 TEST(Glass, LightSamplingChangesNoExpectationOfInk) {
     MeanError means[2];
@@ -146,13 +158,7 @@ TEST(Glass, LightSamplingChangesNoExpectationOfInk) {
         b.camera(1.2f);
         RenderConfig config;
         config.maxDepth = 12;
-        config.lightSampling = sampled;
-        Bench s(b.scene, {}, config);
-        std::vector<double> values;
-        for (std::uint32_t i = 0; i < 12; ++i)
-            values.push_back(meanOf(s.renderer->render(viewOf(s.scene, 24, 24), 64, {100 * sampled + i, 0, 0})));
-        means[sampled] = statistics(values);
-        EXPECT_LT(means[sampled].standardError, 0.02 * means[sampled].mean);
+        means[sampled] = meanByLightSampling(b.scene, config, sampled);
     }
     expectAgreement(means[0], means[1], "with light sampling");
 }
@@ -179,16 +185,8 @@ TEST(Glass, TotalReflection) {
 // Emission found through glass counts fully, light samples at glass count nothing: with and without them the same.
 TEST(Glass, LightSamplingChangesNoExpectation) {
     MeanError means[2];
-    for (const bool sampled : {false, true}) {
-        RenderConfig config;
-        config.lightSampling = sampled;
-        Bench s(bundledScene("glass"), {}, config);
-        std::vector<double> values;
-        for (std::uint32_t i = 0; i < 12; ++i)
-            values.push_back(meanOf(s.renderer->render(viewOf(s.scene, 24, 24), 64, {100 * sampled + i, 0, 0})));
-        means[sampled] = statistics(values);
-        EXPECT_LT(means[sampled].standardError, 0.02 * means[sampled].mean);
-    }
+    for (const bool sampled : {false, true})
+        means[sampled] = meanByLightSampling(bundledScene("glass"), {}, sampled);
     expectAgreement(means[0], means[1], "with light sampling");
 }
 
