@@ -28,9 +28,9 @@ struct OptimizeConfig {
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
-    // square of theirs; of slots
-    // from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely, or, with a squared loss, as large ones as there are where that is less. What
-    // is recovered is the most likely texture under both (maximum a posteriori). 0: any texture is as likely.
+    // square of theirs; of slots from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely,
+    // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
+    // posteriori). 0: any texture is as likely.
     double prior = 0;
     std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
