@@ -41,6 +41,10 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(m.signal);
         out.put(m.noise);
     }
+    out.put(state.constants.matrix);
+    out.put(state.constants.noise);
+    out.put(state.constants.others);
+    out.put(state.constants.at);
     out.count(state.history.size());
     for (const StepRecord& r : state.history) {
         for (const double value : {r.loss, r.lossError, r.regularizer, r.rate, r.secondsPrimal, r.secondsGradient, r.secondsUpdate, r.gradientNorm})
@@ -103,6 +107,9 @@ OptimizeState getState(ByteReader& in) {
         if (!std::isfinite(m.signal))
             throw Malformed{"the signal of a gradient is not finite"};
     }
+    for (std::vector<double>* values : {&state.constants.matrix, &state.constants.noise, &state.constants.others})
+        *values = in.reals<double>();
+    state.constants.at = in.reals<float>();
     state.history.resize(in.count(9 * 8));
     for (StepRecord& r : state.history) {
         for (double* value : {&r.loss, &r.lossError, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})

@@ -80,6 +80,17 @@ NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
     return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit};
 }
 
+double weightOf(std::span<const float> mask, std::size_t pixel) { return mask.empty() ? 1.0 : double(mask[pixel]); }
+
+double sumOfWeights(std::span<const float> mask, std::size_t pixels) {
+    return orderedSum<double>(pixels, kPixelsAtOnce, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t p = begin; p < end; ++p)
+            sum += weightOf(mask, p);
+        return sum;
+    });
+}
+
 LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask) {
     if (image.width != target.width || image.height != target.height || image.channels != target.channels)
         throw Error(ErrorKind::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
@@ -87,13 +98,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
         throw Error(ErrorKind::Input,
                     "the mask has " + std::to_string(mask.size()) + " pixels, the image " + std::to_string(image.pixels()));
 
-    const auto weight = [&](std::size_t p) { return mask.empty() ? 1.0 : double(mask[p]); };
-    const double total = orderedSum<double>(image.pixels(), kPixelsAtOnce, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t p = begin; p < end; ++p)
-            sum += weight(p);
-        return sum;
-    });
+    const double total = sumOfWeights(mask, image.pixels());
     if (!(total > 0))
         throw Error(ErrorKind::Input, "no pixel of the target counts", "mask, alpha and clipping leave nothing to compare");
 
@@ -106,7 +111,7 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
             const float* a = image.values.data() + p * channels;
             const float* b = second.values.data() + p * channels;
             const float* y = target.values.data() + p * channels;
-            const double w = weight(p);
+            const double w = weightOf(mask, p);
             // The target is not looked at where it does not count: it may hold anything there.
             if (w == 0)
                 continue;
@@ -139,5 +144,16 @@ LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Ima
 }
 
 LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask) { return evaluate(loss, image, image, target, mask); }
+
+Image lossCurvature(Loss loss, const Image& target, std::span<const float> mask) {
+    const double norm = 1 / (sumOfWeights(mask, target.pixels()) * target.channels);
+    Image curvature(target.width, target.height, target.channels);
+    const std::size_t channels = std::size_t(target.channels);
+    for (std::size_t i = 0; i < target.values.size(); ++i) {
+        const double w = weightOf(mask, i / channels), y = target.values[i];
+        curvature.values[i] = w == 0 ? 0.f : float(w * norm * 2 * (loss == Loss::RelativeMse ? 1 / (y * y + kLossEpsilon) : 1));
+    }
+    return curvature;
+}
 
 } // namespace cmpg

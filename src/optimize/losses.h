@@ -34,5 +34,7 @@ struct LossResult {
 LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Image& target, std::span<const float> mask = {});
 // Of an image without noise, or whose noise is to be in the value.
 LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask = {});
+// The second derivative of a squared loss by every value of an image, whatever the image.
+Image lossCurvature(Loss loss, const Image& target, std::span<const float> mask = {});
 
 } // namespace cmpg

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "optimize/curvature_passes.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/view_order.h"
@@ -10,24 +11,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kPrimalPass = 0, kGradientPass = 1;
-
-constexpr float kCurvatureStep = 0.05f; // by which parameters change where the curvature is measured, in their units
-// Twice the samples of a step that carries an image on: what a difference of images is off by stays in the curvature for long.
-constexpr std::uint32_t kCurvatureSpp = 4;
 constexpr float kMostSamples = 1 << 20; // of a pixel, in a step
-
-// The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less.
-bool measuresCurvature(std::uint32_t step) {
-    std::uint64_t at = 8;
-    while (at < step)
-        at *= 4;
-    return step == 0 || step == at;
-}
 
 struct SquareSum {
     double squares = 0;
@@ -49,34 +38,6 @@ SquareSum squareSum(std::span<const double> gradient) {
             }
         return sum;
     });
-}
-
-// By pixel: how strongly it answers to a change of the parameters, over its neighbours, in units of the mean. What does not answer needs few samples of
-// its own. A product of two halves of that answer sees no path that is in one of them by chance.
-std::vector<float> pixelShares(const Image& a, const Image& b) {
-    const int width = a.width, height = a.height;
-    std::vector<float> square(a.pixels()), shares(a.pixels());
-    for (std::size_t p = 0; p < square.size(); ++p) {
-        float sum = 0;
-        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i)
-            sum += a.values[i] * b.values[i];
-        square[p] = std::isfinite(sum) ? sum : 0.f;
-    }
-    double total = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            float sum = 0;
-            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
-                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
-                    sum += square[std::size_t(v) * width + u];
-            total += shares[std::size_t(y) * width + x] = std::sqrt(std::max(0.f, sum));
-        }
-    if (!(total > 0))
-        return {};
-    const double unit = double(shares.size()) / total;
-    for (float& share : shares)
-        share = float(share * unit);
-    return shares;
 }
 
 // The loss of an image that is wrong by kTrusted of the target's mean everywhere. Of the mean, not the root mean square: a lamp in the picture would
@@ -114,8 +75,17 @@ double expectedLoss(Loss loss, const RunningImage& image, const Target& target, 
     return 2 * (whole - std::min(0.0, beyond));
 }
 
-// Light has no range to measure differences by, and nothing is known of those of normals.
-bool hasPrior(const Parameter& parameter) { return parameter.kind != SlotKind::Normal && std::isfinite(parameter.highest()); }
+// What the prior measures differences of texels by: their range, or, since light has none, their mean. 0: nothing is known of them.
+double priorUnit(const Parameter& parameter) {
+    if (parameter.kind == SlotKind::Normal)
+        return 0;
+    if (std::isfinite(parameter.highest()))
+        return 1;
+    const double sum = orderedSum<double>(parameter.values.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+        return std::accumulate(parameter.values.begin() + std::ptrdiff_t(begin), parameter.values.begin() + std::ptrdiff_t(end), 0.0);
+    });
+    return std::isfinite(sum) ? sum / double(parameter.values.size()) : 0;
+}
 
 } // namespace
 
@@ -129,11 +99,6 @@ StepRecord recordOf(const StepReport& report) {
 
 PassKey pictureKey(std::uint64_t seed, std::size_t view) {
     return {seed, ~0u - std::uint32_t(view), kPrimalPass};
-}
-
-PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) {
-    constexpr std::uint32_t kMostPictures = 1 << 16;
-    return {seed, ~kMostPictures - step, kPrimalPass};
 }
 
 Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters,
@@ -161,6 +126,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         if (state_.moments.size() < parameters_.size())
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));
     }
+    findConstants(allowed);
 }
 
 void Optimization::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {
@@ -181,6 +147,7 @@ StepReport Optimization::step() {
     curvature_.clear();
     shares_ = state_.pixelShares;
     shares_.resize(model_.views());
+    measureConstants(report);
     measureCurvature(report);
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
         model_.setSecondValues(parameters_[i], state_.imageValues[i]);
@@ -212,40 +179,6 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     else
         image.advance(halves, shares_[view], changeSquared());
     return image;
-}
-
-void Optimization::measureCurvature(StepReport& report) {
-    bool due = false;
-    for (std::size_t i = 0; i < parameters_.size(); ++i)
-        due |= method(i) == OptimizerKind::GaussNewton && measuresCurvature(state_.step - state_.moments[i].start);
-    if (!due)
-        return;
-    const ScopedTime time(report.secondsGradient);
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        std::vector<float> moved = scene_.parameters[parameters_[i]].values;
-        if (method(i) == OptimizerKind::GaussNewton)
-            for (float& value : moved)
-                value += kCurvatureStep * state_.moments[i].unit;
-        model_.setSecondValues(parameters_[i], moved);
-    }
-    curvature_ = gradients_; // zeros
-    const std::size_t views = model_.views();
-    for (std::size_t view = 0; view < views; ++view) {
-        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view));
-        const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
-        const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
-        shares_[view] = pixelShares(a, b);
-        // The adjoint of a squared loss at so much beside the target.
-        const Target& target = config_.targets[view];
-        Image change = target.image;
-        for (std::size_t k = 0; k < change.values.size(); ++k)
-            change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
-        LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
-        for (float& value : loss.adjoint.values)
-            value /= float(views);
-        report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, curvature_);
-    }
 }
 
 std::uint32_t Optimization::imageSamples() const {
@@ -340,8 +273,8 @@ void Optimization::sumUp(StepReport& report) {
         };
         if (config_.totalVariation != 0)
             know(config_.totalVariation, kTotalVariationEpsilon);
-        if (config_.prior > 0 && information_ > 0 && hasPrior(parameter))
-            know(config_.prior / information_ * double(parameter.entries()), kPriorEpsilon);
+        if (const double unit = priorUnit(parameter); config_.prior > 0 && information_ > 0 && unit > 0)
+            know(config_.prior / information_ * double(parameter.entries()) / unit, kPriorEpsilon * unit);
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;
@@ -358,14 +291,16 @@ void Optimization::applyUpdate(StepReport& report) {
     state_.images = std::move(images_);
     state_.pixelShares = std::move(shares_);
     for (std::size_t i = 0; i < curvature_.size(); ++i)
-        if (method(i) == OptimizerKind::GaussNewton)
+        if (usesDiagonal(i))
             addCurvature(curvature_[i], kCurvatureStep * state_.moments[i].unit, state_.moments[i]);
     state_.imageValues.clear();
     for (std::size_t i = 0; carriesImages() && i < parameters_.size(); ++i)
         state_.imageValues.push_back(scene_.parameters[parameters_[i]].values);
-    if (state_.step >= config_.warmUp)
+    if (state_.step >= config_.warmUp) {
+        stepConstants(factor);
         for (std::size_t i = 0; i < parameters_.size(); ++i)
-            report.dropped += move(i, factor);
+            report.dropped += isConstant(i) ? 0 : move(i, factor);
+    }
     state_.history.push_back(recordOf(report));
     ++state_.step;
 }
@@ -373,8 +308,10 @@ void Optimization::applyUpdate(StepReport& report) {
 std::uint64_t Optimization::move(std::size_t i, double factor) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
-    if (method(i) == OptimizerKind::GaussNewton)
-        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * moments.unit, {gradients_[i], noise_[i]}, known_[i], moments, parameter);
+    if (method(i) == OptimizerKind::GaussNewton) {
+        const double unit = std::isfinite(parameter.highest()) ? moments.unit : std::max(double(moments.unit), priorUnit(parameter)); // light that began too dark
+        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], noise_[i]}, known_[i], moments, parameter);
+    }
     return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
 }
 
@@ -400,6 +337,10 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
     fits = fits && state.imageValues.size() == (state.images.empty() ? 0 : parameters_.size()) && (state.images.empty() || state.images.size() == model_.views());
     for (std::size_t i = 0; fits && i < state.imageValues.size(); ++i)
         fits = state.imageValues[i].size() == values[i].size();
+    const std::size_t constants = constantUnits().size();
+    const ConstantCurvature& curvature = state.constants;
+    fits = fits && (curvature.empty() || curvature.matrix.size() == constants * constants) && curvature.noise.size() == curvature.matrix.size() &&
+           curvature.others.size() == (curvature.empty() ? 0 : constants) && curvature.at.size() == curvature.others.size();
     fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
     for (std::size_t view = 0; fits && view < model_.views(); ++view) {
         const auto [width, height] = model_.size(view);

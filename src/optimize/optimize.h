@@ -1,6 +1,7 @@
 // An optimisation: parameters of a scene move until its images match their targets.
 #pragma once
 
+#include "optimize/constant_block.h"
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
@@ -24,11 +25,11 @@ struct OptimizeConfig {
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     // Gauss-Newton needs a squared loss and images that steps carry on, and takes derivative passes in halves. Some steps measure the curvature first, which
-    // costs about a step more.
+    // costs about a step more. Constants step together, by the whole matrix of their curvature (constant_block.h), if they are few.
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
-    // square of theirs; of slots from 0 to 1 alone. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely,
+    // square of theirs, that of light in units of its mean; none of normals. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely,
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;
@@ -79,6 +80,7 @@ struct OptimizeState {
     std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
     std::vector<std::vector<float>> imageValues{};  // of the parameters, for which they were made
     std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
+    ConstantCurvature constants{};                  // of those that step together
 };
 
 // Random numbers of the image of a view that is made to be looked at: of no step.
@@ -123,6 +125,9 @@ class Optimization {
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
     void measureCurvature(StepReport& report);
+    void findConstants(bool allowed);
+    void measureConstants(StepReport& report);
+    void stepConstants(double rateFactor);
     void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
@@ -134,6 +139,13 @@ class Optimization {
     double changeSquared() const;
     std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }
+    bool isConstant(std::size_t parameter) const { return std::find(constants_.begin(), constants_.end(), parameter) != constants_.end(); }
+    bool usesDiagonal(std::size_t parameter) const { return method(parameter) == OptimizerKind::GaussNewton && !isConstant(parameter); }
+    bool anyUsesDiagonal() const;
+    // Of all entries of constants_, in their order.
+    template <class Value> std::vector<double> ofConstants(const Value& value) const;
+    std::vector<float> constantValues() const;
+    std::vector<double> constantUnits() const;
     bool newton() const { return std::find(methods_.begin(), methods_.end(), OptimizerKind::GaussNewton) != methods_.end(); }
 
     ImageModel& model_;
@@ -141,6 +153,7 @@ class Optimization {
     OptimizeConfig config_;
     std::vector<std::uint32_t> parameters_;
     std::vector<OptimizerKind> methods_; // of the parameters
+    std::vector<std::size_t> constants_; // places in parameters_ of those that step together
     OptimizeState state_;
     double rateFactor_ = 1;
     std::vector<double> tolerance_; // of each view's loss, beside the prior

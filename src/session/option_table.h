@@ -147,7 +147,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         break;
     case OptionGroup::Optimizer:
         v({"steps", "N", "200", "Steps"}, o.recovery.steps);
-        v({"optimizer", "", "auto", "Update rule; auto: gauss-newton for base colours, metallic, specular and light where the loss is a squared one, else adam"},
+        v({"optimizer", "", "auto", "Update rule; auto: gauss-newton for base colours, metallic, specular, light and constants where the loss is a squared one, else adam"},
           o.recovery.optimizer, kOptimizers);
         v({"rate", "[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25", "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats"},
           o.rate);
@@ -155,7 +155,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"final-rate", "F", "0.1", "Factor of the rate at the last step, under a schedule"}, o.recovery.finalRate);
         v({"total-variation", "W", "0", "Weight of the total variation of textures in the loss"}, o.recovery.totalVariation);
         v({"prior", "B", "8",
-           "How alike neighbouring texels of slots from 0 to 1 are before any image is seen: differences are as likely as exp(-B n d), "
+           "How alike neighbouring texels are, light in units of its mean, before any image is seen: differences are as likely as exp(-B n d), "
            "with n channels and d the root mean square of theirs, beside images trusted to 5 % of their mean; 0: no prior"},
           o.recovery.prior);
         v({"spp-difference", "N", "8", "Samples per pixel by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},

@@ -1,0 +1,230 @@
+// The passes of an optimisation that measure the curvature of its loss, and the steps of constants by it.
+#include "optimize/curvature_passes.h"
+
+#include "base/stopwatch.h"
+#include "optimize/gauss_newton.h"
+#include "optimize/optimize.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace cmpg {
+namespace {
+
+// Twice the samples of a step that carries an image on: what a difference of images is off by stays in the curvature for long.
+constexpr std::uint32_t kCurvatureSpp = 4;
+constexpr double kConstantStep = 0.02; // by which a constant changes, in its unit: roughness is far from linear
+constexpr double kLightReach = 20;     // of light, times its value instead of its unit: images are linear in it, however far it is
+
+// The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less.
+bool measuresCurvature(std::uint32_t step) {
+    std::uint64_t at = 8;
+    while (at < step)
+        at *= 4;
+    return step == 0 || step == at;
+}
+
+// More of it makes no pixel darker.
+bool onlyBrightens(SlotKind kind) { return kind == SlotKind::BaseColor || kind == SlotKind::Emission || kind == SlotKind::Radiance; }
+
+// Adds by pixel the square of how the image changes. A product of two halves of that answer sees no path that is in one of them by chance.
+void addAnswer(const Image& a, const Image& b, std::vector<float>& square) {
+    square.resize(a.pixels());
+    for (std::size_t p = 0; p < square.size(); ++p) {
+        float sum = 0;
+        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i)
+            sum += a.values[i] * b.values[i];
+        square[p] += std::isfinite(sum) ? sum : 0.f;
+    }
+}
+
+// By pixel: how strongly it answers to a change of the parameters, over its neighbours, in units of the mean. What does not answer needs few samples of
+// its own.
+std::vector<float> pixelShares(int width, int height, std::span<const float> square) {
+    std::vector<float> shares(square.size());
+    double total = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            float sum = 0;
+            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
+                    sum += square[std::size_t(v) * width + u];
+            total += shares[std::size_t(y) * width + x] = std::sqrt(std::max(0.f, sum));
+        }
+    if (!(total > 0))
+        return {};
+    const double unit = double(shares.size()) / total;
+    for (float& share : shares)
+        share = float(share * unit);
+    return shares;
+}
+
+} // namespace
+
+PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) {
+    constexpr std::uint32_t kMostPictures = 1 << 16;
+    return {seed, ~kMostPictures - step, kPrimalPass};
+}
+
+void Optimization::findConstants(bool allowed) {
+    const OptimizerKind asked = config_.optimizer.kind;
+    if (!allowed || (asked != OptimizerKind::Auto && asked != OptimizerKind::GaussNewton))
+        return;
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
+        if (parameter.entries() == parameter.channels && (parameter.channels == 1 || parameter.channels == 3) && parameter.kind != SlotKind::Normal)
+            constants_.push_back(i);
+    }
+    std::size_t pixels = 0;
+    for (std::size_t view = 0; view < model_.views(); ++view)
+        pixels = std::max(pixels, std::size_t(model_.size(view).first) * model_.size(view).second);
+    if (constants_.size() > kMostConstants || constants_.size() * pixels > kMostConstantPixels)
+        constants_.clear();
+    for (const std::size_t i : constants_)
+        methods_[i] = OptimizerKind::GaussNewton;
+}
+
+template <class Value> std::vector<double> Optimization::ofConstants(const Value& value) const {
+    std::vector<double> all;
+    for (const std::size_t i : constants_)
+        for (std::size_t entry = 0; entry < scene_.parameters[parameters_[i]].entries(); ++entry)
+            all.push_back(value(i, entry));
+    return all;
+}
+
+std::vector<double> Optimization::constantUnits() const {
+    return ofConstants([&](std::size_t i, std::size_t) { return double(state_.moments[i].unit); });
+}
+
+std::vector<float> Optimization::constantValues() const {
+    const std::vector<double> values = ofConstants([&](std::size_t i, std::size_t entry) { return double(scene_.parameters[parameters_[i]].values[entry]); });
+    return {values.begin(), values.end()};
+}
+
+void Optimization::measureConstants(StepReport& report) {
+    if (constants_.empty())
+        return;
+    const bool due = measuresCurvature(state_.step - state_.moments[constants_[0]].start);
+    if (!due && !state_.constants.empty() && !state_.constants.isOld(constantValues(), constantUnits()))
+        return;
+    const ScopedTime time(report.secondsGradient);
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        model_.setSecondValues(parameters_[i], scene_.parameters[parameters_[i]].values);
+    const std::size_t views = model_.views(), entries = constantUnits().size();
+    std::vector<double> products(entries * entries);
+    for (std::size_t view = 0; view < views; ++view) {
+        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view)); // one for all: what differs is the parameter
+        std::vector<ConstantColumn> columns;
+        std::vector<float> square;
+        for (const std::size_t i : constants_) {
+            const Parameter& parameter = scene_.parameters[parameters_[i]];
+            const double largest = *std::max_element(parameter.values.begin(), parameter.values.end());
+            double step = kConstantStep * std::max(double(state_.moments[i].unit), largest);
+            if (largest + step > parameter.highest())
+                step = -step;
+            std::vector<float> moved = parameter.values;
+            for (float& value : moved)
+                value += float(step);
+            model_.setSecondValues(parameters_[i], moved);
+            ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+            model_.setSecondValues(parameters_[i], parameter.values);
+            report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
+            addAnswer(halves.half[0].difference, halves.half[1].difference, square);
+            // The difference is to the moved values.
+            columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(parameter.entries()), -step});
+        }
+        Image weight = lossCurvature(config_.loss, config_.targets[view].image, config_.targets[view].mask);
+        for (float& value : weight.values)
+            value /= float(views);
+        addProducts(columns, weight, products);
+        if (!anyUsesDiagonal())
+            shares_[view] = pixelShares(weight.width, weight.height, square);
+    }
+    state_.constants.add(products, constantValues(), constantUnits());
+}
+
+bool Optimization::anyUsesDiagonal() const {
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        if (usesDiagonal(i))
+            return true;
+    return false;
+}
+
+void Optimization::measureCurvature(StepReport& report) {
+    bool due = false;
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        due |= usesDiagonal(i) && measuresCurvature(state_.step - state_.moments[i].start);
+    if (!due)
+        return;
+    const ScopedTime time(report.secondsGradient);
+    const auto moves = [&](std::size_t i) {
+        return usesDiagonal(i) || (isConstant(i) && onlyBrightens(scene_.parameters[parameters_[i]].kind));
+    };
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        std::vector<float> moved = scene_.parameters[parameters_[i]].values;
+        if (moves(i))
+            for (float& value : moved)
+                value += kCurvatureStep * state_.moments[i].unit;
+        model_.setSecondValues(parameters_[i], moved);
+    }
+    curvature_ = gradients_; // zeros
+    const std::size_t views = model_.views();
+    for (std::size_t view = 0; view < views; ++view) {
+        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view));
+        const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+        const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
+        std::vector<float> square;
+        addAnswer(a, b, square);
+        shares_[view] = pixelShares(a.width, a.height, square);
+        // The adjoint of a squared loss at so much beside the target.
+        const Target& target = config_.targets[view];
+        Image change = target.image;
+        for (std::size_t k = 0; k < change.values.size(); ++k)
+            change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
+        LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
+        for (float& value : loss.adjoint.values)
+            value /= float(views);
+        report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, curvature_);
+    }
+    if (constants_.empty())
+        return;
+    std::vector<double> unit = constantUnits(), direction = unit;
+    for (double& u : unit)
+        u *= kCurvatureStep;
+    direction = ofConstants([&](std::size_t i, std::size_t) { return moves(i) ? double(kCurvatureStep) * state_.moments[i].unit : 0.0; });
+    state_.constants.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
+}
+
+void Optimization::stepConstants(double factor) {
+    if (constants_.empty())
+        return;
+    const auto value = [&](std::size_t i, std::size_t entry) { return double(scene_.parameters[parameters_[i]].values[entry]); };
+    const auto reach = [&](std::size_t i, std::size_t entry) {
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
+        const double unit = state_.moments[i].unit, length = std::isfinite(parameter.highest()) ? unit : std::max(unit, kLightReach * value(i, entry));
+        return std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
+    };
+    const auto down = [&](std::size_t i, std::size_t entry) {
+        return std::max(-reach(i, entry), double(scene_.parameters[parameters_[i]].lowest()) - value(i, entry));
+    };
+    const auto up = [&](std::size_t i, std::size_t entry) {
+        return std::min(reach(i, entry), double(std::min(scene_.parameters[parameters_[i]].highest(), kLargestValue)) - value(i, entry));
+    };
+    const auto gradient = [&](std::size_t i, std::size_t entry) { return gradients_[i][entry]; };
+    const auto half = [&](std::size_t i, std::size_t entry) { return noise_[i][entry]; };
+    Moments& shared = state_.moments[constants_[0]];
+    const std::vector<double> step = constantStep(state_.constants, ofConstants(gradient), ofConstants(half), ofConstants(down), ofConstants(up), shared);
+    std::size_t at = 0;
+    for (const std::size_t i : constants_) {
+        Parameter& parameter = scene_.parameters[parameters_[i]];
+        for (float& v : parameter.values)
+            v = std::clamp(float(v + step[at++]), parameter.lowest(), std::min(parameter.highest(), kLargestValue));
+        Moments& moments = state_.moments[i];
+        std::tie(moments.signal, moments.noise, moments.steps) = std::tuple(shared.signal, shared.noise, shared.steps);
+    }
+}
+
+} // namespace cmpg
