@@ -110,6 +110,9 @@ OptimizeState getState(ByteReader& in) {
     for (std::vector<double>* values : {&state.constants.matrix, &state.constants.noise, &state.constants.others})
         *values = in.reals<double>();
     state.constants.at = in.reals<float>();
+    const auto finite = [](double value) { return std::isfinite(value); };
+    if (!std::all_of(state.constants.matrix.begin(), state.constants.matrix.end(), finite))
+        throw Malformed{"the curvature of constants is not finite"};
     state.history.resize(in.count(9 * 8));
     for (StepRecord& r : state.history) {
         for (double* value : {&r.loss, &r.lossError, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})
