@@ -251,20 +251,4 @@ Bindings& Bindings::set(std::uint32_t binding, const Buffer& buffer, std::uint64
 
 const Bindings::Range& Bindings::at(std::uint32_t binding) const { return ranges_.at(binding); }
 
-void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
-    const Stopwatch watch;
-    const auto times = std::exchange(device.impl().kernelTimes, {});
-    Commands commands(device);
-    const std::vector<std::byte> zeros(128);
-    // No workgroup is launched; the driver compiles all the same.
-    for (const Kernel* kernel : kernels) {
-        commands.dispatchBytes(*kernel, bindings, 0, std::span(zeros).first(kernel->impl()->interface.pushBytes));
-        commands.barrier(); // they share the dummies
-    }
-    commands.submitAndWait();
-    for (const auto& [name, taken] : std::exchange(device.impl().kernelTimes, times))
-        device.impl().compileTimes[name] += taken.seconds;
-    device.impl().compileSeconds += watch.seconds();
-}
-
 } // namespace cmpg

@@ -48,6 +48,21 @@ std::uint32_t lavapipeThreads() {
     return threads;
 }
 
+// Where code is compiled at the first dispatch, and devices share it on disk. LLVM takes 100 MB a thread: a few will do.
+std::uint32_t compileHelpersFor(std::uint32_t threads) {
+    constexpr std::uint32_t kMost = 3;
+    const auto disabled = [](const char* name) { // as Mesa reads it
+        const char* value = std::getenv(name);
+        const std::string text = value ? lower(value) : "no";
+        return text != "0" && text != "n" && text != "no" && text != "f" && text != "false";
+    };
+    if (disabled("MESA_SHADER_CACHE_DISABLE") || disabled("MESA_GLSL_CACHE_DISABLE"))
+        return 0;
+    if (const char* asked = std::getenv("CMPG_COMPILERS")) // a hook of tests and measurements
+        threads = std::max(1u, std::uint32_t(std::strtoul(asked, nullptr, 10)));
+    return std::min(threads - 1, kMost);
+}
+
 // `robust`: accesses out of range do no harm, where the device can see to it.
 vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uint32_t queueFamily, const DeviceInfo& info, bool robust) {
     const float priority = 1;
@@ -89,7 +104,7 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
     return chosen;
 }
 
-Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
+Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment()) {
     const Validation asked = validationAsked();
     instance = createInstance(asked == Validation::None && options.validation ? Validation::Calls : asked);
     auto devices = physicalDevices(*instance);
@@ -113,7 +128,10 @@ Device::Impl::Impl(const Options& options) : fault(faultFromEnvironment()) {
     // CMPG_TEXELS=uniform has a CPU read as a GPU does.
     if (const char* texels = std::getenv("CMPG_TEXELS"); variant == KernelVariant::Cpu && texels && std::string_view(texels) == "uniform")
         variant = KernelVariant::Full;
-    driverThreads = isLavapipe(physical) ? lavapipeThreads() : 1;
+    if (isLavapipe(physical)) {
+        driverThreads = lavapipeThreads();
+        compileHelpers = compileHelpersFor(driverThreads);
+    }
     // CMPG_STAGING=1 makes transfers go the way they go on a discrete device.
     hostMemory = (info.type == "cpu" || info.type == "integrated") && !environmentFlag("CMPG_STAGING");
 

@@ -73,7 +73,7 @@ class Device {
     const MemoryUse& memory() const;
     const std::map<std::string, KernelTime>& kernelTimes() const;
     double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
-    const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, by kernel: there a CPU driver compiles
+    const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, helpers' included, by kernel: there a CPU driver compiles
     void resetKernelTimes();
     void keepKernels(); // that are made from now on, until the device goes, and not only as long as somebody has them
 
@@ -126,6 +126,7 @@ class Kernel {
 
     const std::string& name() const;
     std::uint32_t localSize() const; // invocations per workgroup
+    Kernel copyFor(Device& device) const; // of the same driver
 
     struct Impl;
     Impl* impl() const { return impl_.get(); }
@@ -178,7 +179,7 @@ class Commands {
     void submitAndWait(); // adds to the device's kernelTimes(); throws Error(Device) when the device is lost
 
   private:
-    friend void warmUp(Device&, std::span<const Kernel* const>, const Bindings&);
+    friend double dispatchNothing(Device&, const Kernel&, const Bindings&);
     void dispatchBytes(const Kernel&, const Bindings&, std::uint64_t items, std::span<const std::byte> push);
     void dispatchIndirectBytes(const Kernel&, const Bindings&, const Buffer&, std::uint64_t offset, std::span<const std::byte> push);
     struct Impl;
@@ -186,7 +187,8 @@ class Commands {
 };
 
 // Runs each kernel once over no items, so that just-in-time compilation happens now and is counted in compileSeconds().
-// lavapipe compiles for the texel formats bound: give the texel buffers the kernels will read, storage buffers do not matter.
+// lavapipe compiles for the texel formats bound: give the texel buffers the kernels will read, storage buffers do not matter. It compiles several at
+// once where that pays (src/vk/warm_up.cpp).
 void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings = {});
 
 } // namespace cmpg

@@ -24,9 +24,9 @@ Fault faultFromEnvironment() {
     const char* const end = text.data() + text.size();
     const auto [rest, error] = std::from_chars(colon == std::string::npos ? end : text.data() + colon + 1, end, number);
     const std::string kind = text.substr(0, colon);
-    if (error != std::errc() || rest != end || (kind != "lost" && kind != "memory"))
-        throw Error(ErrorKind::Usage, "CMPG_FAULT is lost:N, memory:N or wrong, not '" + text + "'");
-    (kind == "lost" ? fault.submissions : fault.bytes) = number;
+    if (error != std::errc() || rest != end || (kind != "lost" && kind != "helper" && kind != "memory"))
+        throw Error(ErrorKind::Usage, "CMPG_FAULT is lost:N, helper:N, memory:N or wrong, not '" + text + "'");
+    (kind == "lost" ? fault.submissions : kind == "helper" ? fault.helpers : fault.bytes) = number;
     return fault;
 }
 

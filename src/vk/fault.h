@@ -9,6 +9,7 @@ namespace cmpg {
 struct Fault {
     std::uint64_t submissions = ~std::uint64_t(0); // "lost:N": so many succeed, then the device is lost for good
     std::uint64_t bytes = ~std::uint64_t(0);       // "memory:N": of device memory there is no more
+    std::uint64_t helpers = ~std::uint64_t(0);     // "helper:N": the same for devices that only compile
     bool wrongResults = false;                     // "wrong": the self-test of a device finds one
 };
 Fault faultFromEnvironment(); // Error(Usage) on another value

@@ -40,7 +40,8 @@ class KernelStore {
 };
 
 struct Device::Impl {
-    std::unique_ptr<Instance> instance; // first, so that it outlives all and hears of what was left alive
+    Options options;
+    std::unique_ptr<Instance> instance; // before all else, so that it outlives that and hears of what was left alive
     vk::raii::PhysicalDevice physical{nullptr};
     DeviceInfo info;
     vk::PhysicalDeviceLimits limits;
@@ -48,6 +49,7 @@ struct Device::Impl {
     std::uint32_t queueFamily = 0;
     std::uint64_t timestampMask = 0; // 0: the queue has no timestamps
     std::uint32_t driverThreads = 1;
+    std::uint32_t compileHelpers = 0; // devices beside it that warmUp() may have compile
     KernelVariant variant = KernelVariant::Full;
     bool hostMemory = false; // buffers are mapped: device and host share memory
 
@@ -116,6 +118,8 @@ struct Kernel::Impl {
     vk::raii::DescriptorSetLayout setLayout{nullptr};
     vk::raii::PipelineLayout pipelineLayout{nullptr};
     vk::raii::Pipeline pipeline{nullptr};
+    double createSeconds = 0; // of the pipeline
+    bool dispatched = false;  // by warmUp()
 };
 
 } // namespace cmpg

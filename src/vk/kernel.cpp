@@ -7,6 +7,8 @@
 #include "vk/spirv.h"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 namespace cmpg {
 
@@ -47,6 +49,7 @@ vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, co
 }
 
 void createPipeline(Device::Impl& owner, Kernel::Impl& kernel) {
+    const ScopedTime time(kernel.createSeconds);
     translating("compiling kernel '" + kernel.name + "'", [&] {
         const vk::raii::ShaderModule module(owner.device, {{}, kernel.spirv.size() * sizeof(std::uint32_t), kernel.spirv.data()});
         kernel.setLayout = createSetLayout(owner.device, kernel.interface);
@@ -136,11 +139,26 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
 std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests) {
     const Stopwatch watch;
     std::vector<Kernel> kernels(requests.size());
+    std::vector<std::size_t> order(requests.size()); // the largest first: none of them shall be the last to begin
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return findKernel(requests[i].name).variant(device.variant()).size(); });
     parallelFor(requests.size(), 1, [&](std::size_t i, std::size_t) {
-        kernels[i].impl_ = makeKernel(device.impl(), requests[i].name, requests[i].constants);
+        const KernelRequest& request = requests[order[i]];
+        kernels[order[i]].impl_ = makeKernel(device.impl(), request.name, request.constants);
     });
     device.impl().compileSeconds += watch.seconds();
     return kernels;
+}
+
+Kernel Kernel::copyFor(Device& device) const {
+    Kernel copy;
+    copy.impl_ = std::make_shared<Impl>();
+    copy.impl_->device = &device.impl();
+    copy.impl_->name = impl_->name;
+    copy.impl_->interface = impl_->interface;
+    copy.impl_->spirv = impl_->spirv;
+    createPipeline(device.impl(), *copy.impl_);
+    return copy;
 }
 
 Kernel::Kernel() noexcept = default;
