@@ -87,8 +87,11 @@ class Ranks final : public MpiRanks {
         MPI_Isend(text.data(), int(text.size()), MPI_CHAR, 0, kFailureTag, failures_, &request);
         // The first has a step to end and a checkpoint to write, and then ends all.
         const Stopwatch waited;
-        for (int sent = 0; waited.seconds() < 60; std::this_thread::sleep_for(std::chrono::milliseconds(10)))
+        // MPICH's abort waits for all ranks to answer calls still open: a probe goes on answering once the message is sent, a test of it would not.
+        for (int sent = 0, found = 0; waited.seconds() < 60; std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
             MPI_Test(&request, &sent, MPI_STATUS_IGNORE);
+            MPI_Iprobe(MPI_ANY_SOURCE, kFailureTag, failures_, &found, MPI_STATUS_IGNORE);
+        }
     }
 
     void abort(int exitStatus) override {

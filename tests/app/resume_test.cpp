@@ -74,6 +74,12 @@ class Resume : public testing::Test {
         return results("whole");
     }
 
+    // Of the first such run: all have the same arguments but for the folder.
+    const Files& expected() const {
+        static const Files found = uninterrupted();
+        return found;
+    }
+
     // Rows of loss.csv so far.
     std::size_t rows(const std::string& run) const {
         std::ifstream csv(folder_ / (run + "/loss.csv"));
@@ -104,6 +110,7 @@ class Resume : public testing::Test {
     }
 
     void killAndResume(int kills);
+    void loseDevices(const std::string& staging);
 
     const test::TemporaryFolder folder_;
 };
@@ -157,7 +164,6 @@ TEST_F(Resume, SurvivesKills) { killAndResume(10); }
 TEST_F(Resume, FullSurvivesKills) { killAndResume(200); }
 
 TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {
-    const Files expected = uninterrupted();
     {
         RunningProgram program(command("run", {"--checkpoint-every", "1h"}), folder_ / "output");
         ASSERT_TRUE(waitForRows(program, "run", 5));
@@ -168,7 +174,7 @@ TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {
     ASSERT_LT(done, std::size_t(kSteps));
     const auto result = runProgram({"optimize", "--resume", folder_ / "run", "--save-guide", folder_ / "run/learned.guide"});
     EXPECT_EQ(result.code, 0) << result.err;
-    expectSame(results("run"), expected, "resumed");
+    expectSame(results("run"), expected(), "resumed");
     const auto resumed = events("run", "resume");
     ASSERT_EQ(resumed.size(), 1u);
     EXPECT_EQ(resumed[0]["step"], done);
@@ -178,7 +184,7 @@ TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {
         fs::remove(folder_ / ("run/" + std::string(name)));
     const auto again = runProgram(command("run", {"--resume", folder_ / "run"}));
     EXPECT_EQ(again.code, 0) << again.err;
-    expectSame(results("run"), expected, "finished");
+    expectSame(results("run"), expected(), "finished");
 }
 
 TEST_F(Resume, BeginsAtStepZeroWhereThereIsNoCheckpoint) {
@@ -231,7 +237,6 @@ TEST_F(Resume, RefusesAnotherRunByName) {
 }
 
 TEST_F(Resume, GoesOnFromTheOlderCheckpointWhereTheNewestIsDamaged) {
-    const Files expected = uninterrupted();
     {
         RunningProgram program(command("run", {"--checkpoint-every", "2"}), folder_ / "output");
         ASSERT_TRUE(waitForRows(program, "run", 9));
@@ -251,7 +256,7 @@ TEST_F(Resume, GoesOnFromTheOlderCheckpointWhereTheNewestIsDamaged) {
     const auto result = runProgram(command("run", {"--checkpoint-every", "2", "--resume", folder_ / "run"}));
     EXPECT_EQ(result.code, 0) << result.err;
     EXPECT_NE(result.err.find("is damaged"), std::string::npos) << result.err;
-    expectSame(results("run"), expected, "resumed");
+    expectSame(results("run"), expected(), "resumed");
     for (const fs::path& file : checkpointFiles(folder_ / "run"))
         test::writeText(file, "nothing of use");
     const auto refused = runProgram(command("run", {"--resume", folder_ / "run"}));
@@ -261,7 +266,6 @@ TEST_F(Resume, GoesOnFromTheOlderCheckpointWhereTheNewestIsDamaged) {
 
 // Files of more than some bytes fail to grow from then on, as they do where a disk is full.
 TEST_F(Resume, ADiskWithoutRoomIsSurvived) {
-    const Files expected = uninterrupted();
     for (const bool freed : {true, false}) {
         const std::string name = freed ? "freed" : "full";
         RunningProgram program(command(name, {"--checkpoint-every", "1"}), folder_ / "output", {}, [] { std::signal(SIGXFSZ, SIG_IGN); });
@@ -282,12 +286,11 @@ TEST_F(Resume, ADiskWithoutRoomIsSurvived) {
         ASSERT_TRUE(fs::exists(checkpointFiles(folder_ / name)[0]));
         const auto resumed = runProgram(command(name, {"--resume", folder_ / name}));
         EXPECT_EQ(resumed.code, 0) << resumed.err;
-        expectSame(results(name), expected, name);
+        expectSame(results(name), expected(), name);
     }
 }
 
 TEST_F(Resume, AFolderThatVanishesIsMadeAgain) {
-    const Files expected = uninterrupted();
     RunningProgram program(command("run", {"--checkpoint-every", "3"}), folder_ / "output");
     ASSERT_TRUE(waitForRows(program, "run", 4));
     fs::rename(folder_ / "run", folder_ / "gone");
@@ -295,13 +298,12 @@ TEST_F(Resume, AFolderThatVanishesIsMadeAgain) {
     EXPECT_NE(result.err.find("continues in memory"), std::string::npos) << result.err;
     Files found = results("run");
     for (const char* name : {"parameters/painting.baseColor.exr", "final.exr", "loss.csv", "learned.guide"})
-        EXPECT_TRUE(found[name] == expected.at(name)) << name;
+        EXPECT_TRUE(found[name] == expected().at(name)) << name;
     EXPECT_TRUE(fs::exists(checkpointFiles(folder_ / "run")[0]));
 }
 
 // Permissions do not bind everybody, a file where the folder was does.
 TEST_F(Resume, AFolderThatTakesNothingMoreIsSurvived) {
-    const Files expected = uninterrupted();
     RunningProgram program(command("run", {"--checkpoint-every", "1"}), folder_ / "output");
     ASSERT_TRUE(waitForRows(program, "run", 4));
     fs::rename(folder_ / "run", folder_ / "kept");
@@ -314,37 +316,37 @@ TEST_F(Resume, AFolderThatTakesNothingMoreIsSurvived) {
     fs::rename(folder_ / "kept", folder_ / "run");
     const auto resumed = runProgram(command("run", {"--resume", folder_ / "run"}));
     EXPECT_EQ(resumed.code, 0) << resumed.err;
-    expectSame(results("run"), expected, "resumed");
+    expectSame(results("run"), expected(), "resumed");
 }
 
 // Submissions are counted: so many succeed. One after another is the last, in pictures, passes and, where those are submissions, transfers.
-TEST_F(Resume, ALostDeviceLeavesACheckpoint) {
-    const Files expected = uninterrupted();
-    for (const char* staging : {"CMPG_STAGING=0", "CMPG_STAGING=1"}) {
-        const auto run = [&](int submissions) {
-            fs::remove_all(folder_ / "run");
-            return runProgram(command("run", {"--checkpoint-every", "1h"}), {"CMPG_FAULT=lost:" + std::to_string(submissions), staging});
-        };
-        int enough = 64;
-        while (run(enough).code != 0)
-            ASSERT_LT(enough *= 2, 1 << 20);
-        int amidst = 0;
-        for (const double share : {0.5, 0.49, 0.47, 0.43, 0.35}) {
-            const auto lost = run(int(share * enough));
-            ASSERT_EQ(lost.code, 4) << lost.err;
-            EXPECT_NE(lost.err.find("the device was lost"), std::string::npos) << lost.err;
-            if (!fs::exists(checkpointFiles(folder_ / "run")[0]))
-                continue; // lost before the first step
-            ++amidst;
-            EXPECT_NE(lost.err.find("--resume"), std::string::npos) << lost.err;
-            EXPECT_FALSE(test::readText(folder_ / "run/parameters/painting.baseColor.exr").empty());
-            const auto resumed = runProgram(command("run", {"--resume", folder_ / "run"}));
-            ASSERT_EQ(resumed.code, 0) << resumed.err;
-            expectSame(results("run"), expected, std::to_string(share * enough) + " submissions, " + staging);
-        }
-        EXPECT_GE(amidst, 3);
+void Resume::loseDevices(const std::string& staging) {
+    const auto run = [&](int submissions) {
+        fs::remove_all(folder_ / "run");
+        return runProgram(command("run", {"--checkpoint-every", "1h"}), {"CMPG_FAULT=lost:" + std::to_string(submissions), "CMPG_STAGING=" + staging});
+    };
+    int enough = 256;
+    while (run(enough).code != 0)
+        ASSERT_LT(enough *= 2, 1 << 20);
+    int amidst = 0;
+    for (const double share : {0.5, 0.49, 0.47, 0.43, 0.35}) {
+        const auto lost = run(int(share * enough));
+        ASSERT_EQ(lost.code, 4) << lost.err;
+        EXPECT_NE(lost.err.find("the device was lost"), std::string::npos) << lost.err;
+        if (!fs::exists(checkpointFiles(folder_ / "run")[0]))
+            continue; // lost before the first step
+        ++amidst;
+        EXPECT_NE(lost.err.find("--resume"), std::string::npos) << lost.err;
+        EXPECT_FALSE(test::readText(folder_ / "run/parameters/painting.baseColor.exr").empty());
+        const auto resumed = runProgram(command("run", {"--resume", folder_ / "run"}));
+        ASSERT_EQ(resumed.code, 0) << resumed.err;
+        expectSame(results("run"), expected(), std::to_string(share * enough) + " submissions");
     }
+    EXPECT_GE(amidst, 3);
 }
+
+TEST_F(Resume, ALostDeviceLeavesACheckpoint) { loseDevices("1"); }
+TEST_F(Resume, FullALostDeviceLeavesACheckpointWithoutTransfers) { loseDevices("0"); }
 
 // Device memory of every size between nothing and enough: what does not suffice is said before the first step.
 TEST_F(Resume, TooLittleMemoryIsSaidBeforeTheFirstStep) {

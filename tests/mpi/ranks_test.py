@@ -3,7 +3,8 @@
 
 usage: ranks_test.py SCENARIO PROGRAM SOURCE MPIRUN
 
-same      images, gradients and recoveries from 1, 2, 3 and 4 ranks; some with several bands of pixels a rank
+same      images, gradients and recoveries from 1 and 3 ranks, some with several bands of pixels a rank; a recovery from 1, 2, 3 and 4
+all       all of these from 1, 2, 3 and 4 ranks
 many      the same recovery from 16 ranks, more than there are processors
 resume    a checkpoint of 2 ranks goes on with 3
 killed    a rank that is killed ends the run, with a checkpoint that goes on (Open MPI alone: MPICH's launcher kills all others at once)
@@ -88,18 +89,22 @@ def recovery(output, *more):
     return optimize(output.name, 3, *more)
 
 
-def same():
+def same(counts=(1, 3)):
     size = ["--width", "48", "--height", "40", "--quiet"]
-    compare((1, 2, 3, 4), {
+    compare((1, 2, 3, 4), {"run": recovery})
+    compare(counts, {
         "image": lambda o: ["render", box, *size, "--spp", "256", "-o", str(o)],
         "guided-image": lambda o: ["render", box, *size, "--spp", "4", "--sampling", "conditional", "--train", "2", "-o", str(o)],
         "forward": lambda o: ["gradient", box, *size, "--param", "painting.baseColor", "--spp-gradient", "4", "-o", str(o)],
         "reverse": lambda o: ["gradient", box, "--param", "painting.baseColor", "--target", target(), "--spp", "4", "--spp-gradient", "128", "--train", "3", "--quiet",
                               "-o", str(o)],
-        "run": recovery,
         "run-adam": lambda o: recovery(o, "--optimizer", "adam", "--spp-difference", "0", "--sampling", "conditional"),
         "run-views": lambda o: recovery(o, "--target", target()),
     })
+
+
+def everything():
+    same((1, 2, 3, 4))
 
 
 def many():
@@ -167,4 +172,4 @@ def refused():
 
 if scenario == "killed" and mpich:
     sys.exit(77)
-{"same": same, "many": many, "resume": resume, "killed": killed, "failed": failed, "refused": refused}[scenario]()
+{"same": same, "all": everything, "many": many, "resume": resume, "killed": killed, "failed": failed, "refused": refused}[scenario]()
