@@ -142,7 +142,7 @@ void Optimization::measureConstants(StepReport& report) {
         if (!anyUsesDiagonal())
             shares_[view] = pixelShares(weight.width, weight.height, square);
     }
-    state_.constants.add(products, constantValues(), constantUnits());
+    constantCurvature_.add(products, constantValues(), constantUnits());
 }
 
 bool Optimization::anyUsesDiagonal() const {
@@ -195,7 +195,7 @@ void Optimization::measureCurvature(StepReport& report) {
     for (double& u : unit)
         u *= kCurvatureStep;
     direction = ofConstants([&](std::size_t i, std::size_t) { return moves(i) ? double(kCurvatureStep) * state_.moments[i].unit : 0.0; });
-    state_.constants.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
+    constantCurvature_.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
 }
 
 void Optimization::stepConstants(double factor) {

@@ -146,6 +146,7 @@ StepReport Optimization::step() {
     information_ = 0;
     curvature_.clear();
     shares_ = state_.pixelShares;
+    constantCurvature_ = state_.constants;
     shares_.resize(model_.views());
     measureConstants(report);
     measureCurvature(report);
@@ -290,6 +291,7 @@ void Optimization::applyUpdate(StepReport& report) {
     const double factor = rateFactor();
     state_.images = std::move(images_);
     state_.pixelShares = std::move(shares_);
+    state_.constants = std::move(constantCurvature_);
     for (std::size_t i = 0; i < curvature_.size(); ++i)
         if (usesDiagonal(i))
             addCurvature(curvature_[i], kCurvatureStep * state_.moments[i].unit, state_.moments[i]);

@@ -163,6 +163,7 @@ class Optimization {
     std::vector<TotalVariationBound> known_;      // of the step
     std::vector<std::vector<double>> curvature_;  // what the step has measured of it; empty where it has not
     std::vector<std::vector<float>> shares_;      // OptimizeState::pixelShares from this step on
+    ConstantCurvature constantCurvature_;         // OptimizeState::constants from this step on
     std::vector<RunningImage> images_; // of the step in flight
 };
 
