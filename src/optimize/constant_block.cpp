@@ -11,12 +11,12 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kPixelsAtATime = 1 << 13;   // pixels
-constexpr double kLeastRidge = 1e-3;      // of the diagonal
-constexpr double kOldAfter = 0.15;        // of the unit or the value, whichever is larger
-constexpr double kShareWeight = 0.3;        // of the latest step in the averages of signal and noise
-constexpr int kSweeps = 10000;            // of coordinate descent: for matrices of a condition of 1000
-constexpr double kSettled = 1e-6;       // of the bounds
+constexpr std::size_t kPixelsAtATime = 1 << 13;
+constexpr double kLeastRidge = 1e-3;  // of the diagonal
+constexpr double kOldAfter = 0.15;    // of the unit or the value, whichever is larger
+constexpr double kShareWeight = 0.3;  // of the latest step in the averages of signal and noise
+constexpr int kSweeps = 10000;        // of coordinate descent: for matrices of a condition of 1000
+constexpr double kSettled = 1e-6;     // of the bounds
 
 struct ByChannel {
     std::array<double, 3> channel{};
