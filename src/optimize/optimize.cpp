@@ -146,8 +146,8 @@ StepReport Optimization::step() {
     information_ = 0;
     curvature_.clear();
     shares_ = state_.pixelShares;
-    constantCurvature_ = state_.constants;
     shares_.resize(model_.views());
+    constantCurvature_ = state_.constants;
     measureConstants(report);
     measureCurvature(report);
     for (std::size_t i = 0; i < state_.imageValues.size(); ++i)

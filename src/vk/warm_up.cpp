@@ -119,10 +119,12 @@ class FirstDispatches {
         device_.impl().compileHelpers = 0;
         try {
             std::rethrow_exception(failure_);
-        } catch (const Error& error) {
+        } catch (const std::exception& error) {
             if (device_.impl().instance->log)
                 throw;
-            logWarn("kernels are compiled one after the other from here on: " + std::string(error.what()) + (error.cause.empty() ? "" : ": " + error.cause));
+            const auto* const known = dynamic_cast<const Error*>(&error); // or memory on the host ran out
+            logWarn("kernels are compiled one after the other from here on: " + std::string(error.what()) +
+                    (known && !known->cause.empty() ? ": " + known->cause : ""));
         }
     }
 
