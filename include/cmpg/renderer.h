@@ -27,6 +27,7 @@ struct PassOptions {
     // Learning passes before this one, of `trainSpp` samples per pixel (0: as many as the pass has; of several batches 8). They
     // learn a guide anew, or continue that of GuideOptions::load, and this pass and those after it draw from it.
     std::uint32_t train = 0, trainSpp = 0;
+    bool anew = true; // false: they continue what passes of this renderer have learned, if its guide can be kept
     // Derivatives with the random numbers of the image of this seed, equally many samples in every pixel and no guide: for comparison with
     // finite differences. In an optimisation their noise would be correlated with the image's. Error(Usage) together with `train`.
     bool frozen = false;

@@ -66,7 +66,7 @@ class Renderer:
         return [info.name for info in self._handle.parameters()]
 
     def render(self, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
-               frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
+               anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
         """Radiance, (height, width, 3).
 
         Args:
@@ -74,8 +74,9 @@ class Renderer:
             width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: 512 wide.
             spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
             seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
-            train: learning passes before this one. They learn a guide anew, from which this pass and those after it draw.
+            train: learning passes before this one. They learn a guide, from which this pass and those after it draw.
             train_spp: samples per pixel of each; 0: as many as the pass has.
+            anew: whether they forget what passes of this renderer have learned before.
             frozen: draws from no guide.
             error_target: sample until |standard error| / |image| is this small (0.01 is 1 %); `spp` is the most. 0: no target.
             time_budget: sample for so many seconds, learning included; 0: no budget.
@@ -86,12 +87,12 @@ class Renderer:
             UsageError: an unknown camera, or an option out of range.
         """
         image, self.report = self._handle.render(
-            _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+            _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
         return as_image(image)
 
     def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
-                train: int = 0, train_spp: int = 0, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0,
-                layers: bool = False) -> Image:
+                train: int = 0, train_spp: int = 0, anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0,
+                batches: int = 0, layers: bool = False) -> Image:
         """The derivative of the image along a direction, (height, width, 3): the sum over the parameters of dI/dp . v.
 
         Args:
@@ -101,7 +102,7 @@ class Renderer:
         """
         given = [(name, self._direction(name, values)) for name, values in direction.items()]
         image, self.report = self._handle.forward(
-            given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, layers))
+            given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
         return as_image(image)
 
     def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -122,7 +123,7 @@ class Renderer:
             "comparisons": these, each with "what", "forward", "finite", "standard_error", "relative_error", "power" (the least relative error that would
             stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
         """
-        options = _cmpg.PassOptions(camera, width, height, spp, seed, 0, 0, True, 0, 0, 0, False)
+        options = _cmpg.PassOptions(camera, width, height, spp, seed, 0, 0, True, True, 0, 0, 0, False)
         return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
 
     def save_guide(self, file: Path) -> None:
@@ -135,7 +136,7 @@ class Renderer:
         self._handle.save_guide(file)
 
     def backward(self, adjoint: npt.ArrayLike, *, camera: str = "", spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
-                 frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0) -> dict[str, Image]:
+                 anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0) -> dict[str, Image]:
         """adjoint^T . dI/dp of every parameter in `param`, by name, in the parameter's shape.
 
         Args:
@@ -145,5 +146,5 @@ class Renderer:
             The others as in render().
         """
         gradients, self.report = self._handle.backward(
-            floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, frozen, error_target, time_budget, batches, False))
+            floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, False))
         return {name: as_image(gradient) for name, gradient in gradients.items()}

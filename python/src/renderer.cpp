@@ -40,9 +40,9 @@ cmpg::PathOptions pathOptions(std::uint32_t maxDepth, const std::string& samplin
 }
 
 cmpg::PassOptions passOptions(const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed, std::uint32_t train,
-                              std::uint32_t trainSpp, bool frozen, double errorTarget, double timeBudget, std::uint32_t batches, bool layers) {
-    return {.camera = camera, .width = width, .height = height, .spp = spp, .seed = seed, .train = train, .trainSpp = trainSpp, .frozen = frozen,
-            .errorTarget = errorTarget, .timeBudget = timeBudget, .batches = batches, .layers = layers};
+                              std::uint32_t trainSpp, bool anew, bool frozen, double errorTarget, double timeBudget, std::uint32_t batches, bool layers) {
+    return {.camera = camera, .width = width, .height = height, .spp = spp, .seed = seed, .train = train, .trainSpp = trainSpp, .anew = anew,
+            .frozen = frozen, .errorTarget = errorTarget, .timeBudget = timeBudget, .batches = batches, .layers = layers};
 }
 
 void bindOptions(nb::module_& m) {
@@ -56,12 +56,12 @@ void bindOptions(nb::module_& m) {
            "load_guide"_a, "keep_guide"_a, "expert"_a);
     nb::class_<cmpg::PassOptions>(m, "PassOptions")
         .def("__init__", [](cmpg::PassOptions* self, const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed,
-                            std::uint32_t train, std::uint32_t trainSpp, bool frozen, double errorTarget, double timeBudget, std::uint32_t batches,
-                            bool layers) {
+                            std::uint32_t train, std::uint32_t trainSpp, bool anew, bool frozen, double errorTarget, double timeBudget,
+                            std::uint32_t batches, bool layers) {
             new (self) cmpg::PassOptions(
-                passOptions(camera, width, height, spp, seed, train, trainSpp, frozen, errorTarget, timeBudget, batches, layers));
-        }, "camera"_a, "width"_a, "height"_a, "spp"_a, "seed"_a, "train"_a, "train_spp"_a, "frozen"_a, "error_target"_a, "time_budget"_a, "batches"_a,
-           "layers"_a);
+                passOptions(camera, width, height, spp, seed, train, trainSpp, anew, frozen, errorTarget, timeBudget, batches, layers));
+        }, "camera"_a, "width"_a, "height"_a, "spp"_a, "seed"_a, "train"_a, "train_spp"_a, "anew"_a, "frozen"_a, "error_target"_a, "time_budget"_a,
+           "batches"_a, "layers"_a);
 }
 
 void bindReport(nb::module_& m) {

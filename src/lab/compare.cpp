@@ -5,7 +5,6 @@
 #include "lab/compare_pictures.h"
 #include "lab/compare_report.h"
 #include "lab/error_plot.h"
-#include "session/library_options.h"
 #include "session/output.h"
 
 #include <algorithm>
@@ -58,18 +57,16 @@ void readTruth(CompareSubject& subject) {
     }
 }
 
-ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode mode, std::optional<Reference> given, Report& report,
-                            const ProgressText& progress) {
+ComparePart compareGradient(CompareSubject& subject, CompareMode mode, std::optional<Reference> given, Report& report, const ProgressText& progress) {
     std::vector<std::unique_ptr<MethodRenderer>> renderers;
     std::vector<Contestant> contestants;
     std::vector<MethodFacts> facts;
     for (const CompareMethod& method : subject.methods) {
         progress("training " + method.name);
-        renderers.push_back(std::make_unique<MethodRenderer>(device, subject, method));
+        renderers.push_back(std::make_unique<MethodRenderer>(subject, method));
         MethodRenderer& renderer = *renderers.back();
         renderer.train(mode);
-        facts.push_back({renderer.trainSeconds(), describeDecision(method, renderer.decision())});
-        report.seconds.guide += renderer.trainSeconds();
+        facts.push_back({renderer.trainSeconds(), describeDecision(method, renderer.last())});
         contestants.push_back({method.name, [&renderer, mode](std::uint32_t index) { return renderer.pass(mode, index); }});
     }
     const std::size_t entries = mode == CompareMode::Forward ? std::size_t(3) * subject.view.width * subject.view.height
@@ -79,8 +76,6 @@ ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode
     for (const GradientResult& result : comparison.results)
         report.seconds.gradient += result.seconds;
     report.seconds.gradient += comparison.reference.seconds;
-    for (const auto& renderer : renderers)
-        report.addStatistics(renderer->statistics());
     if (!(comparison.reference.reference.squaredNorm() > 0))
         logWarn("the derivative is zero, or the reference is mostly noise: figures relative to it are left out");
     ComparePart part = gradientPart(subject, mode, comparison, facts);
@@ -93,16 +88,11 @@ ComparePart compareGradient(Device& device, CompareSubject& subject, CompareMode
     return part;
 }
 
-ComparePart compareOptimisation(Device& device, const CompareSubject& subject, Report& report, const ProgressText& progress) {
-    OptimizeConfig config = optimizeConfig(subject.options);
-    constexpr std::uint32_t kGradientSpp = 4; // as the optimize command's
-    config.sppGradient = subject.options.sppGradient.value_or(kGradientSpp);
-    const OptimizeComparison comparison = compareOptimisations(device, subject, config, report, progress);
-    for (const OptimizeResult& result : comparison.results) {
+ComparePart compareOptimisation(CompareSubject& subject, Report& report, const ProgressText& progress) {
+    const OptimizeComparison comparison = compareOptimisations(subject, progress);
+    for (const OptimizeResult& result : comparison.results)
         report.seconds.gradient += result.seconds - result.trainSeconds;
-        report.seconds.guide += result.trainSeconds;
-    }
-    return optimizePart(subject, config, comparison);
+    return optimizePart(subject, comparison);
 }
 
 void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& parts, const fs::path& folder, Report& report) {
@@ -145,19 +135,18 @@ void writeParts(const CompareSubject& subject, const std::vector<ComparePart>& p
 } // namespace
 
 void compare(const Options& options, Report& report, const ProgressText& progress) {
-    CompareSubject subject(options);
+    CompareSubject subject(options, report);
     std::optional<Reference> given;
     if (options.reference != "auto" && subject.modes.front() == CompareMode::Optimize)
         readTruth(subject);
     else if (options.reference != "auto")
         given = readReference(subject, subject.modes.front());
-    Device device(Device::Options{.select = options.device});
-    beginComparison(device, subject, report);
+    beginComparison(subject, report);
     std::vector<ComparePart> parts;
     for (const CompareMode mode : subject.modes)
-        parts.push_back(mode == CompareMode::Optimize ? compareOptimisation(device, subject, report, progress)
-                                                      : compareGradient(device, subject, mode, given, report, progress));
-    report.addDevice(device);
+        parts.push_back(mode == CompareMode::Optimize ? compareOptimisation(subject, report, progress)
+                                                      : compareGradient(subject, mode, given, report, progress));
+    report.addDevice(subject.session.device());
     writeParts(subject, parts, options.output, report);
     report.warnOfLosses();
 }

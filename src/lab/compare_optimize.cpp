@@ -1,8 +1,8 @@
 // Whole optimisations of the same parameters by different methods, side by side in time.
 #include "lab/compare_optimize.h"
 
-#include "optimize/recovery_run.h"
-#include "session/render_options.h"
+#include "optimize/losses.h"
+#include "session/library_options.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,76 +11,70 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kImagePass = 7;   // random numbers of the images compared at the end
 constexpr std::uint32_t kImageSpp = 64;
 
-std::vector<View> viewsOf(const CompareSubject& subject) {
-    std::vector<View> views{subject.view};
-    views.insert(views.end(), subject.furtherViews.begin(), subject.furtherViews.end());
-    return views;
+// Without how a method draws paths.
+v1::RecoveryOptions optionsOf(const CompareSubject& subject) {
+    constexpr std::uint32_t kGradientSpp = 4; // as the optimize command's
+    v1::RecoveryOptions options = recoveryOptions(subject.options, 0);
+    options.parameters = subject.session.parameters;
+    options.sppGradient = subject.options.sppGradient.value_or(kGradientSpp);
+    return options;
 }
 
-// One optimisation with a scene of its own.
+// One optimisation.
 class Run {
   public:
-    Run(Device& device, const CompareSubject& subject, const CompareMethod& method, OptimizeConfig config)
-        : subject_(subject), scene_(subject.scene), run_(device, scene_, renderConfig(subject, method), guidedOptions(method.options)) {
-        config.targets = {subject.target};
-        config.targets.insert(config.targets.end(), subject.furtherTargets.begin(), subject.furtherTargets.end());
-        run_.begin({.config = std::move(config),
-                    .views = viewsOf(subject),
-                    .learn = method.learns(),
-                    .freeze = subject.options.freeze.value_or(~0u)});
-        run_.renderer().prepare({run_.imageMode(), Renderer::Mode::Reverse}); // compilation is no part of what is timed
-        run_.passes().prepare({run_.imageMode(), Renderer::Mode::Reverse});
+    Run(CompareSubject& subject, const CompareMethod& method, v1::RecoveryOptions options)
+        : subject_(subject), recovery_(make(subject, method, std::move(options))) {
+        recovery_.prepare(); // compilation is no part of what is timed
         curve_.push_back({0, 0, meanSquaredParameterError(values(), subject.truth)});
     }
 
     void step() {
         const Stopwatch watch;
-        run_.optimization().step();
+        recovery_.step();
         seconds_ += watch.seconds();
-        curve_.push_back({seconds_, run_.optimization().state().step, meanSquaredParameterError(values(), subject_.truth)});
+        curve_.push_back({seconds_, steps(), meanSquaredParameterError(values(), subject_.truth)});
     }
 
     std::vector<std::vector<float>> values() const {
         std::vector<std::vector<float>> result;
-        for (const std::uint32_t p : subject_.parameters)
-            result.push_back(scene_.parameters[p].values);
+        for (const std::string& name : subject_.session.parameters)
+            result.push_back(recovery_.values(name));
         return result;
     }
     // Against the targets, mean of the views, with the same random numbers for all methods.
     double imageError() {
-        run_.passes().setLearning(false);
         double sum = 0;
-        for (std::size_t v = 0; v < run_.model().views(); ++v) {
-            const Image image = run_.model().render(v, kImageSpp, {.seed = subject_.seed(), .step = std::uint32_t(v), .pass = kImagePass});
-            const Target& target = run_.optimization().config().targets[v];
-            sum += evaluateLoss(Loss::Mse, image, target.image, target.mask).value;
-        }
-        return sum / double(run_.model().views());
+        for (std::size_t v = 0; v < subject_.targets.size(); ++v)
+            sum += evaluateLoss(Loss::Mse, recovery_.image(v, kImageSpp), subject_.targets[v].image, subject_.targets[v].mask).value;
+        return sum / double(subject_.targets.size());
     }
     double seconds() const { return seconds_; }
-    std::uint32_t steps() const { return run_.optimization().state().step; }
+    std::uint32_t steps() const { return recovery_.steps(); }
     const std::vector<CurvePoint>& curve() const { return curve_; }
-    const GuidedPasses& passes() const { return run_.passes(); }
-    const Renderer& renderer() const { return run_.renderer(); }
+    v1::PassReport report() const { return recovery_.report(); }
 
   private:
+    static v1::Recovery make(CompareSubject& subject, const CompareMethod& method, v1::RecoveryOptions options) {
+        options.paths = subject.paths(method);
+        return {subject.session.openDevice(), subject.session.scene, subject.targets, options};
+    }
+
     const CompareSubject& subject_;
-    Scene scene_;
-    RecoveryRun run_;
+    v1::Recovery recovery_;
     double seconds_ = 0;
     std::vector<CurvePoint> curve_;
 };
 
-void advance(std::vector<std::unique_ptr<Run>>& runs, const CompareSubject& subject, const OptimizeConfig& config,
+void advance(std::vector<std::unique_ptr<Run>>& runs, const CompareSubject& subject, std::uint32_t steps,
              const std::function<void(const std::string&)>& progress) {
     const std::optional<float> time = subject.options.time;
     for (;;) {
         std::size_t next = runs.size();
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            if (time ? runs[i]->seconds() >= double(*time) : runs[i]->steps() >= config.steps)
+            if (time ? runs[i]->seconds() >= double(*time) : runs[i]->steps() >= steps)
                 continue;
             const auto spent = [&](const Run& r) { return time ? r.seconds() : double(r.steps()); };
             if (next == runs.size() || spent(*runs[i]) < spent(*runs[next]))
@@ -109,41 +103,42 @@ Uncertain meanOf(const std::vector<double>& values) {
 
 } // namespace
 
-OptimizeComparison compareOptimisations(Device& device, const CompareSubject& subject, const OptimizeConfig& config, Report& report,
-                                        const std::function<void(const std::string&)>& progress) {
+OptimizeComparison compareOptimisations(CompareSubject& subject, const std::function<void(const std::string&)>& progress) {
     const std::uint32_t repetitions = subject.options.seeds.value_or(1);
     OptimizeComparison comparison;
+    comparison.options = optionsOf(subject);
     std::vector<std::vector<double>> parameterErrors(subject.methods.size()), imageErrors(subject.methods.size());
     for (const CompareMethod& method : subject.methods) {
         comparison.results.emplace_back();
         comparison.results.back().method = method;
     }
     for (std::uint32_t repetition = 0; repetition < repetitions; ++repetition) {
-        OptimizeConfig own = config;
-        own.seed = config.seed + repetition;
+        v1::RecoveryOptions own = comparison.options;
+        own.seed += repetition;
         std::vector<std::unique_ptr<Run>> runs;
         for (const CompareMethod& method : subject.methods)
-            runs.push_back(std::make_unique<Run>(device, subject, method, own));
+            runs.push_back(std::make_unique<Run>(subject, method, own));
         if (repetition == 0) {
             comparison.initial = runs.front()->values();
             comparison.initialError = runs.front()->curve().front().error;
         }
-        advance(runs, subject, own, progress);
+        advance(runs, subject, own.steps, progress);
         for (std::size_t i = 0; i < runs.size(); ++i) {
             OptimizeResult& result = comparison.results[i];
             Run& run = *runs[i];
             ++result.repetitions;
             result.steps += double(run.steps()) / repetitions;
             result.seconds += run.seconds() / repetitions;
-            result.trainSeconds += run.passes().trainSeconds() / repetitions;
+            const v1::PassReport passes = run.report();
+            result.trainSeconds += passes.learningSeconds / repetitions;
             parameterErrors[i].push_back(run.curve().back().error);
             imageErrors[i].push_back(run.imageError());
             if (repetition == 0) {
                 result.curve = run.curve();
                 result.values = run.values();
-                result.chosen = describeDecision(result.method, run.passes().decision());
+                result.chosen = describeDecision(result.method, passes);
             }
-            report.addStatistics(run.renderer().statistics());
+            subject.session.add(passes);
         }
     }
     for (std::size_t i = 0; i < comparison.results.size(); ++i) {

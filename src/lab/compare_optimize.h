@@ -2,7 +2,6 @@
 #pragma once
 
 #include "lab/compare_subject.h"
-#include "optimize/optimize.h"
 
 namespace cmpg {
 
@@ -24,12 +23,11 @@ struct OptimizeComparison {
     double initialError = 0; // of the parameters
     std::vector<OptimizeResult> results;
     std::vector<std::vector<float>> initial; // values at the start
+    v1::RecoveryOptions options;             // of all methods, but for how they draw paths
 };
 
-// Each method goes --steps steps, or as many as --time allows, whoever spent least next. `config` without targets. Adds statistics to
-// the report.
-OptimizeComparison compareOptimisations(Device& device, const CompareSubject& subject, const OptimizeConfig& config, Report& report,
-                                        const std::function<void(const std::string&)>& progress);
+// Each method goes --steps steps, or as many as --time allows, whoever spent least next.
+OptimizeComparison compareOptimisations(CompareSubject& subject, const std::function<void(const std::string&)>& progress);
 
 double meanSquaredParameterError(const std::vector<std::vector<float>>& values, const std::vector<std::vector<float>>& truth);
 // When a curve first gets as low as `error`; nothing if it never does.

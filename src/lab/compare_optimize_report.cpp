@@ -52,8 +52,8 @@ std::string headline(const OptimizeComparison& comparison) {
 
 std::string recoveredFigures(const CompareSubject& subject, const OptimizeComparison& comparison) {
     std::string html;
-    for (std::size_t k = 0; k < std::min(subject.parameters.size(), kMostPictured); ++k) {
-        const Parameter& parameter = subject.scene.parameters[subject.parameters[k]];
+    for (std::size_t k = 0; k < std::min(subject.session.parameters.size(), kMostPictured); ++k) {
+        const Parameter& parameter = subject.session.parameter(k);
         const Image truth = parameterImage(parameter, subject.truth[k]);
         if (truth.pixels() < kFewestTexels)
             continue;
@@ -72,7 +72,7 @@ std::string recoveredFigures(const CompareSubject& subject, const OptimizeCompar
 
 } // namespace
 
-ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& config, const OptimizeComparison& comparison) {
+ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison& comparison) {
     ComparePart part;
     ErrorPlot plot;
     plot.title = "Error of the recovered parameters";
@@ -109,22 +109,19 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& co
     }
     part.svg = plot.svg();
 
-    std::string names;
-    for (const std::uint32_t p : subject.parameters)
-        names += (names.empty() ? "" : ", ") + escapeHtml(subject.scene.parameters[p].name);
     const std::string budget = subject.options.time ? shortNumber(double(*subject.options.time)) + " seconds for each method, everything counted"
-                                                    : std::to_string(config.steps) + " steps for each method";
+                                                    : std::to_string(comparison.options.steps) + " steps for each method";
     const std::uint32_t repetitions = comparison.results.front().repetitions;
-    part.html = "<section>\n<h2>Recovery of <code>" + names +
+    part.html = "<section>\n<h2>Recovery of <code>" + escapeHtml(subject.parameterNames()) +
                 "</code> from a picture</h2>\n<p class=\"lead\">Gradient descent from a wrong start until the scene&rsquo;s image matches the target: " +
-                budget + "; a step renders " + std::to_string(config.spp) + " samples per pixel and differentiates " +
-                std::to_string(config.sppGradient) + ". The error before the first step is " + shortNumber(comparison.initialError) + ".</p>\n";
+                budget + "; a step renders " + std::to_string(comparison.options.spp) + " samples per pixel and differentiates " +
+                std::to_string(comparison.options.sppGradient) + ". The error before the first step is " + shortNumber(comparison.initialError) + ".</p>\n";
     const std::string result = headline(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
-    std::vector<CaptionedImage> pictures{{subject.target.image, subject.furtherTargets.empty() ? "the target" : "the first of the targets"}};
-    for (const Target& target : subject.furtherTargets)
-        pictures.push_back({target.image, "a further target"});
+    std::vector<CaptionedImage> pictures;
+    for (const v1::Target& target : subject.targets)
+        pictures.push_back({target.image, !pictures.empty() ? "a further target" : subject.targets.size() > 1 ? "the first of the targets" : "the target"});
     pictures.push_back({subject.picture, "the scene at the start"});
     part.html += htmlFigures(plainFigures(pictures, true));
     part.html += "<h3>Error over time</h3>\n<div class=\"plot\">" + svgImage(part.svg) + "</div>\n" + htmlTable(tableOf(comparison)) +

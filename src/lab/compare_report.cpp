@@ -91,21 +91,14 @@ std::string explanation(const GradientComparison& comparison) {
 
 std::string subjectFigures(const CompareSubject& subject, CompareMode mode) {
     std::vector<CaptionedImage> pictures{{subject.picture, "the scene as it is set"}};
-    if (!subject.target.image.values.empty())
-        pictures.insert(pictures.begin(), {subject.target.image, "the target"});
+    if (!subject.targets.empty())
+        pictures.insert(pictures.begin(), {subject.targets.front().image, "the target"});
     std::vector<HtmlFigure> figures = plainFigures(pictures, true);
     if (mode == CompareMode::Forward)
         return htmlFigures(figures);
     const SignedFigures adjoint = signedFigures({{subject.adjoint, "the adjoint: what each pixel is worth"}});
     figures.push_back(adjoint.figures.front());
     return htmlFigures(figures) + adjoint.legend;
-}
-
-std::string parameterNames(const CompareSubject& subject) {
-    std::string names;
-    for (const std::uint32_t p : subject.parameters)
-        names += (names.empty() ? "" : ", ") + escapeHtml(subject.scene.parameters[p].name);
-    return "<code>" + names + "</code>";
 }
 
 std::string estimateFigures(const CompareSubject& subject, CompareMode mode, const GradientComparison& comparison) {
@@ -194,9 +187,9 @@ std::vector<std::pair<std::string, Image>> imagesOf(const CompareSubject& subjec
         images.emplace_back("", std::move(image));
         return images;
     }
-    for (const std::uint32_t p : subject.parameters) {
-        const Parameter& parameter = subject.scene.parameters[p];
-        images.emplace_back(subject.parameters.size() == 1 ? "" : fileName(parameter.name),
+    for (std::size_t p = 0; p < subject.session.parameters.size(); ++p) {
+        const Parameter& parameter = subject.session.parameter(p);
+        images.emplace_back(subject.session.parameters.size() == 1 ? "" : fileName(parameter.name),
                             parameterImage(parameter, values.first(parameter.entries())));
         values = values.subspan(parameter.entries());
     }
@@ -225,7 +218,7 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
 
     const std::string budget = subject.options.time ? shortNumber(double(*subject.options.time)) + " seconds of passes for each method"
                                                     : "the same number of samples for each method";
-    part.html = "<section>\n<h2>" + std::string(forward ? "Derivative image" : "Gradient") + " of " + parameterNames(subject) + "</h2>\n<p class=\"lead\">" +
+    part.html = "<section>\n<h2>" + std::string(forward ? "Derivative image" : "Gradient") + " of " + "<code>" + escapeHtml(subject.parameterNames()) + "</code></h2>\n<p class=\"lead\">" +
                 (forward ? "How every pixel changes when the parameter does: one image per method, "
                          : "How a function of the image changes with every entry of the parameter: one number per entry, ") +
                 budget + ", passes of " + std::to_string(subject.options.effectiveSppGradient()) + " samples per pixel.</p>\n";

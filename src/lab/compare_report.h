@@ -29,7 +29,7 @@ inline constexpr const char* kCurveColumns = "mode,method,passes,seconds,mse\n";
 
 ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const GradientComparison& comparison,
                          const std::vector<MethodFacts>& facts);
-ComparePart optimizePart(const CompareSubject& subject, const OptimizeConfig& config, const OptimizeComparison& comparison);
+ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison& comparison);
 
 // The whole page. `device`: in words.
 std::string compareDocument(const CompareSubject& subject, const std::string& device, const std::string& configuration,

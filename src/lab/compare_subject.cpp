@@ -3,10 +3,9 @@
 
 #include "base/error.h"
 #include "optimize/losses.h"
-#include "session/render_options.h"
+#include "session/library_options.h"
 #include "session/output.h"
 #include "session/parameter_values.h"
-#include "session/session.h"
 #include "session/targets.h"
 
 #include <algorithm>
@@ -15,8 +14,10 @@
 namespace cmpg {
 namespace {
 
-constexpr std::uint32_t kPicturePass = 7; // random numbers of pictures made for the report
-constexpr std::uint32_t kDiscarded = ~0u; // step of the pass thrown away
+constexpr std::uint32_t kPicture = ~0u, kDiscarded = ~1u; // indices of the picture for the report, and of passes thrown away
+
+// Of the pass with this index.
+std::uint64_t passSeed(std::uint64_t seed, std::uint32_t index) { return seed + 0x9e3779b97f4a7c15ull * (std::uint64_t(index) + 1); }
 
 constexpr std::pair<CompareMode, const char*> kModes[] = {
     {CompareMode::Forward, "forward"}, {CompareMode::Reverse, "reverse"}, {CompareMode::Optimize, "optimize"}};
@@ -43,8 +44,8 @@ std::vector<CompareMode> parseModes(const std::string& list) {
     return modes;
 }
 
-CompareSubject::CompareSubject(const Options& o)
-    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), scene(readScene(o)) {
+CompareSubject::CompareSubject(const Options& o, Report& report)
+    : options(o), modes(parseModes(o.mode)), methods(parseMethods(o.methods, o)), session(o, report) {
     if (has(CompareMode::Reverse) && o.adjoint.empty() && o.target.empty())
         throw Error(ErrorKind::Usage, "--mode reverse needs --target or --adjoint", "", "or compare derivative images: --mode forward");
     if (has(CompareMode::Optimize) && o.target.empty())
@@ -54,142 +55,140 @@ CompareSubject::CompareSubject(const Options& o)
     if (modes.size() > 1 && o.reference != "auto")
         throw Error(ErrorKind::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
 
-    parameters = selectParameters(scene, o.param);
-    for (const std::uint32_t p : parameters) {
-        scene.parameters[p].materialise();
-        truth.push_back(scene.parameters[p].values);
-    }
-    scene = openScene(o); // again: with --set
-    for (const std::uint32_t p : parameters) {
-        scene.parameters[p].materialise();
+    const Scene asInFile = readScene(o);
+    for (std::size_t p = 0; p < session.parameters.size(); ++p) {
+        truth.push_back(valuesOf(asInFile.parameters[asInFile.parameter(session.parameters[p])]));
         if (has(CompareMode::Forward))
-            directions.push_back(directionOf(scene.parameters[p], o.direction));
-    }
-    std::string camera;
-    const Image* like = nullptr;
-    if (!o.target.empty()) {
-        CameraTarget chosen = loadCameraTarget(o, scene, o.target.front());
-        camera = chosen.camera;
-        target = std::move(chosen.target);
-        like = &target.image;
-    } else if (!o.adjoint.empty()) {
-        adjoint = readColorImage(o.adjoint);
-        like = &adjoint;
+            directions.push_back({session.parameters[p], directionOf(session.parameter(p), o.direction)});
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
-    view = viewOf(o, scene, camera, like, kDefaultWidth);
-    for (std::size_t i = 1; i < o.target.size(); ++i) {
-        CameraTarget further = loadCameraTarget(o, scene, o.target[i]);
-        furtherViews.push_back(viewOf(o, scene, further.camera, &further.target.image, kDefaultWidth));
-        furtherTargets.push_back(std::move(further.target));
+    for (const std::string& text : o.target) {
+        CameraTarget given = loadCameraTarget(o, session.host(), text);
+        const View seen = viewOf(o, session.host(), given.camera, &given.target.image, kDefaultWidth);
+        if (targets.empty())
+            view = seen;
+        targets.push_back({seen.camera->name, std::move(given.target.image), std::move(given.target.mask), std::move(given.target.name)});
     }
+    if (!targets.empty())
+        return;
+    if (!o.adjoint.empty())
+        adjoint = readColorImage(o.adjoint);
+    view = viewOf(o, session.host(), "", o.adjoint.empty() ? nullptr : &adjoint, kDefaultWidth);
 }
 
 bool CompareSubject::has(CompareMode mode) const { return std::find(modes.begin(), modes.end(), mode) != modes.end(); }
 
 std::size_t CompareSubject::parameterEntries() const {
     std::size_t entries = 0;
-    for (const std::uint32_t p : parameters)
-        entries += scene.parameters[p].entries();
+    for (std::size_t p = 0; p < session.parameters.size(); ++p)
+        entries += session.parameter(p).entries();
     return entries;
 }
 
-RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method) {
-    RenderConfig config = renderConfig(method.options, subject.scene, subject.parameters);
-    config.guiding = method.learns();
-    return config;
+std::string CompareSubject::parameterNames() const {
+    std::string names;
+    for (const std::string& name : session.parameters)
+        names += (names.empty() ? "" : ", ") + name;
+    return names;
+}
+
+v1::PathOptions CompareSubject::paths(const CompareMethod& method) const {
+    return pathOptions(method.options, method.options.effectiveDepth(session.host().maxDepth));
+}
+
+v1::PassOptions CompareSubject::pass(std::uint32_t spp, std::uint64_t seed) const {
+    return {.camera = view.camera->name, .width = view.width, .height = view.height, .spp = spp, .seed = seed};
+}
+
+Image CompareSubject::adjointOf(const Image& image) const {
+    return evaluateLoss(options.loss, image, targets.front().image, targets.front().mask).adjoint;
 }
 
 namespace {
 
-void makePictures(Device& device, CompareSubject& subject, Report& report) {
-    const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.target.image.values.empty();
+void makePictures(CompareSubject& subject, Report& report) {
+    const bool needsAdjoint = subject.has(CompareMode::Reverse) && !subject.targets.empty();
     constexpr std::uint32_t kPictureSpp = 64, kTrainSpp = 8, kTrainPasses = 8;
     CompareMethod method{{}, subject.options};
     method.options.sampling = Sampling::Auto;
-    method.options.roulette = false;
-    Renderer renderer(device, subject.scene, renderConfig(subject, method));
-    renderer.prepare({Renderer::Mode::Render});
-    GuidedPasses passes(renderer, guidedOptions(method.options));
-    const Stopwatch watch;
-    passes.trainRender(subject.view, kTrainSpp, kTrainPasses, subject.seed());
-    subject.picture = passes.render(subject.view, needsAdjoint ? subject.options.adjointSpp : kPictureSpp,
-                                    {.seed = subject.seed(), .pass = kPicturePass});
-    report.seconds.primal += watch.seconds();
+    v1::Renderer renderer(subject.session.openDevice(), subject.session.scene, {.paths = subject.paths(method), .parameters = subject.session.parameters});
+    v1::PassOptions how = subject.pass(needsAdjoint ? subject.options.adjointSpp : kPictureSpp, passSeed(subject.seed(), kPicture));
+    how.train = kTrainPasses;
+    how.trainSpp = kTrainSpp;
+    renderer.prepare({v1::PassKind::Render}, how);
+    v1::PassReport pass;
+    subject.picture = renderer.render(how, &pass);
+    report.seconds.primal += pass.seconds;
     if (needsAdjoint)
-        subject.adjoint = evaluateLoss(subject.options.loss, subject.picture, subject.target.image, subject.target.mask).adjoint;
-    report.addStatistics(renderer.statistics());
+        subject.adjoint = subject.adjointOf(subject.picture);
+    subject.session.add(pass);
 }
 
 } // namespace
 
-void beginComparison(Device& device, CompareSubject& subject, Report& report) {
-    const std::filesystem::path folder = subject.options.output;
-    requireWritableFolder(folder);
-    report.width = subject.view.width;
-    report.height = subject.view.height;
-    report.seconds.load = report.elapsed();
-    report.addDevice(device);
-    printConfiguration(subject.options);
-    writeRunJson(subject.options, folder, report);
-    makePictures(device, subject, report);
+void beginComparison(CompareSubject& subject, Report& report) {
+    requireWritableFolder(subject.options.output);
+    subject.session.openDevice();
+    subject.session.begin(subject.view, subject.options.output);
+    makePictures(subject, report);
 }
 
-MethodRenderer::MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method)
-    : subject_(subject), method_(method), renderer_(device, subject.scene, renderConfig(subject, method)),
-      passes_(renderer_, guidedOptions(method.options)) {}
+MethodRenderer::MethodRenderer(CompareSubject& subject, const CompareMethod& method)
+    : subject_(subject), method_(method),
+      renderer_(subject.session.openDevice(), subject.session.scene, {.paths = subject.paths(method), .parameters = subject.session.parameters}) {}
 
 void MethodRenderer::train(CompareMode mode, std::uint32_t turn) {
-    renderer_.prepare({mode == CompareMode::Forward ? Renderer::Mode::Forward : Renderer::Mode::Reverse});
-    const std::uint32_t count = method_.options.effectiveTrain(), spp = method_.options.effectiveTrainSpp();
-    const std::uint64_t seed = subject_.seed() + turn;
-    const Stopwatch watch;
-    if (method_.learns() && count > 0) {
-        if (subject_.steps)
-            passes_.trainRender(subject_.view, spp, count, seed);
-        if (mode == CompareMode::Forward)
-            passes_.trainForward(subject_.view, spp, count, seed, subject_.parameters, subject_.directions);
-        else
-            passes_.trainReverse(subject_.view, spp, count, seed, subject_.adjoint);
-        trainSeconds_ += watch.seconds();
-    }
-    pass(mode, kDiscarded);
+    const std::uint32_t learn = method_.learns() ? method_.options.effectiveTrain() : 0;
+    const v1::PassKind kind = mode == CompareMode::Forward ? v1::PassKind::Forward : v1::PassKind::Backward;
+    v1::PassOptions how;
+    how.train = learn;
+    if (subject_.steps) // also image and derivative share a guide
+        renderer_.prepare({v1::PassKind::Render, kind}, how);
+    else
+        renderer_.prepare({kind}, how);
+    passAfter(mode, passSeed(subject_.seed() + turn, kDiscarded), learn);
 }
 
-Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) {
-    const PassKey key{.seed = subject_.seed(), .step = index, .pass = 1};
-    const std::uint32_t spp = method_.options.effectiveSppGradient();
+Pass MethodRenderer::pass(CompareMode mode, std::uint32_t index) { return passAfter(mode, passSeed(subject_.seed(), index), 0); }
+
+Pass MethodRenderer::passAfter(CompareMode mode, std::uint64_t seed, std::uint32_t learn) {
+    v1::PassOptions how = subject_.pass(method_.options.effectiveSppGradient(), seed);
+    how.train = learn;
+    how.trainSpp = method_.options.effectiveTrainSpp();
+    how.strict = false; // what was left out is told at the end
     Pass pass;
-    const Stopwatch watch;
+    const auto count = [&] {
+        subject_.session.add(last_);
+        pass.seconds += last_.seconds;
+        trainSeconds_ += last_.learningSeconds;
+        pass.paths += std::uint64_t(last_.spp) * std::uint64_t(last_.width) * std::uint64_t(last_.height);
+    };
     if (mode == CompareMode::Forward) {
-        const Image image = passes_.forward(subject_.view, spp, key, subject_.parameters, subject_.directions);
-        pass.seconds = watch.seconds();
+        const Image image = renderer_.forward(subject_.directions, how, &last_);
+        count();
         pass.values.assign(image.values.begin(), image.values.end());
-        pass.paths = std::uint64_t(spp) * image.pixels();
         return pass;
     }
     Image adjoint;
     if (subject_.steps) {
-        const Image image = passes_.render(subject_.view, method_.options.effectiveSpp(), {.seed = subject_.seed(), .step = index});
-        adjoint = evaluateLoss(subject_.options.loss, image, subject_.target.image, subject_.target.mask).adjoint;
-        pass.paths = std::uint64_t(method_.options.effectiveSpp()) * image.pixels();
+        v1::PassOptions images = how;
+        images.spp = method_.options.effectiveSpp();
+        adjoint = subject_.adjointOf(renderer_.render(images, &last_));
+        count();
+        how.anew = false;
     }
-    std::vector<std::vector<double>> gradients;
-    for (const std::uint32_t p : subject_.parameters)
-        gradients.emplace_back(subject_.scene.parameters[p].entries());
-    pass.paths += passes_.reverse(subject_.view, spp, key, subject_.steps ? adjoint : subject_.adjoint, gradients);
-    pass.seconds = watch.seconds();
-    for (const auto& gradient : gradients)
+    for (const std::vector<double>& gradient : renderer_.backward(subject_.steps ? adjoint : subject_.adjoint, how, &last_))
         pass.values.insert(pass.values.end(), gradient.begin(), gradient.end());
+    count();
     return pass;
 }
 
-std::string describeDecision(const CompareMethod& method, const SamplingDecision& decision) {
+std::string describeDecision(const CompareMethod& method, const v1::PassReport& report) {
     std::string text;
     if (method.options.sampling == Sampling::Auto)
-        text = samplingName(decision.method.kind);
+        text = samplingName(report.sampling);
     if (method.options.roulette)
-        text += std::string(text.empty() ? "" : ", ") + (decision.method.roulette ? "roulette" : "no roulette");
+        text += std::string(text.empty() ? "" : ", ") + (report.roulette ? "roulette" : "no roulette");
     return text;
 }
 

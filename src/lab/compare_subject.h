@@ -3,10 +3,10 @@
 
 #include "lab/compare_methods.h"
 #include "lab/compare_runner.h"
-#include "optimize/target.h"
-#include "render/guided_passes.h"
-#include "session/options.h"
-#include "session/report.h"
+#include "session/session.h"
+
+#include <cmpg/recovery.h>
+#include <cmpg/renderer.h>
 
 namespace cmpg {
 
@@ -16,59 +16,61 @@ std::vector<CompareMode> parseModes(const std::string& list); // comma-separated
 
 // Scene, view and inputs of a comparison, read and checked without a device.
 struct CompareSubject {
-    explicit CompareSubject(const Options& options);
+    CompareSubject(const Options& options, Report& report);
     CompareSubject(const CompareSubject&) = delete; // the view points into the scene
     CompareSubject& operator=(const CompareSubject&) = delete;
 
     const Options& options;
     std::vector<CompareMode> modes;
     std::vector<CompareMethod> methods;
-    Scene scene;                           // --set applied
-    std::vector<std::uint32_t> parameters; // into scene.parameters
+    Session session;                       // the scene with --set applied, and the parameters
     std::vector<std::vector<float>> truth; // their values before --set: what an optimisation is to find
     View view;
-    std::vector<std::vector<float>> directions; // forward
-    Image adjoint;                              // reverse: given, or made by beginComparison()
-    bool steps = false;                         // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
-    Target target;                              // empty without --target
-    std::vector<View> furtherViews;             // optimize: of the targets after the first
-    std::vector<Target> furtherTargets;         // of each of them
-    Image picture;                              // of the scene as it is set, for the report
+    std::vector<v1::Direction> directions; // forward
+    Image adjoint;                         // reverse: given, or made by beginComparison()
+    bool steps = false;                    // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
+    std::vector<v1::Target> targets;       // one per --target; several of `optimize` alone
+    Image picture;                         // of the scene as it is set, for the report
 
     bool has(CompareMode mode) const;
     std::size_t parameterEntries() const;
+    std::string parameterNames() const; // in a row
+    v1::PathOptions paths(const CompareMethod& method) const;
+    v1::PassOptions pass(std::uint32_t spp, std::uint64_t seed) const; // of the view
+    // Of an image against the target.
+    Image adjointOf(const Image& image) const;
     // Of all random numbers but an optimisation's: none that another command has used with this --seed. An adjoint made by `gradient`
     // holds noise of its random numbers, and a pass with the same ones would see that noise as signal.
     std::uint64_t seed() const { return options.seed ^ 0x636f6d7061726521ull; }
 };
 
-RenderConfig renderConfig(const CompareSubject& subject, const CompareMethod& method);
-
 // Opens the report in the folder of the options, then renders the picture, and the adjoint where a target's loss has to give it.
-void beginComparison(Device& device, CompareSubject& subject, Report& report);
+void beginComparison(CompareSubject& subject, Report& report);
 
 // One method's renderer, trained.
 class MethodRenderer {
   public:
-    MethodRenderer(Device& device, CompareSubject& subject, const CompareMethod& method);
+    MethodRenderer(CompareSubject& subject, const CompareMethod& method);
 
     // Learning passes, then a pass thrown away, after which nothing is left to be compiled. `turn`: others learn from other numbers.
     void train(CompareMode mode, std::uint32_t turn = 0);
     Pass pass(CompareMode mode, std::uint32_t index); // forward: the image; reverse: the gradients of all parameters in a row
 
     double trainSeconds() const { return trainSeconds_; }
-    SamplingDecision decision() const { return passes_.decision(); }
-    const RenderStatistics& statistics() const { return renderer_.statistics(); }
+    const v1::PassReport& last() const { return last_; } // of the last pass, with how it drew directions
 
   private:
+    // `learn`: passes before it, and before the image of a step.
+    Pass passAfter(CompareMode mode, std::uint64_t seed, std::uint32_t learn);
+
     CompareSubject& subject_;
     CompareMethod method_;
-    Renderer renderer_;
-    GuidedPasses passes_;
+    v1::Renderer renderer_;
+    v1::PassReport last_;
     double trainSeconds_ = 0;
 };
 
-// "primal, roulette", or empty where the method leaves nothing to choose.
-std::string describeDecision(const CompareMethod& method, const SamplingDecision& decision);
+// "primal, roulette", or empty where the method leaves nothing to choose. `report`: of a pass, or of a recovery.
+std::string describeDecision(const CompareMethod& method, const v1::PassReport& report);
 
 } // namespace cmpg

@@ -35,19 +35,18 @@ struct Probe {
     double passSeconds = 0;
 };
 
-Probe probe(Device& device, CompareSubject& subject, const Options& base) {
+Probe probe(CompareSubject& subject, const Options& base) {
     const CompareMode mode = subject.modes.front();
     Probe found;
     const Stopwatch watch;
-    MethodRenderer renderer(device, subject, {"defaults", base});
+    MethodRenderer renderer(subject, {"defaults", base});
     renderer.train(mode, kReferenceTurn);
     found.trainSeconds = watch.seconds();
     found.passSeconds = renderer.pass(mode, kReferenceTurn).seconds;
-    const SamplingDecision decision = renderer.decision();
     found.use.steps = subject.steps;
     found.use.reverse = mode == CompareMode::Reverse;
-    found.use.roulette = decision.method.roulette && found.use.reverse;
-    found.use.guide = decision.method.kind != Sampling::Bsdf || found.use.roulette;
+    found.use.roulette = renderer.last().roulette && found.use.reverse;
+    found.use.guide = renderer.last().sampling != Sampling::Bsdf || found.use.roulette;
     return found;
 }
 
@@ -88,18 +87,16 @@ std::string tradeoff(const Options& options, Report& report, const ProgressText&
     constexpr float kHalfAnHour = 1800;
     const double allowed = double(options.time.value_or(kHalfAnHour));
     const Options base = tradeoffOptions(options);
-    CompareSubject subject(base);
-    subject.steps = !subject.target.image.values.empty();
-    Device device(Device::Options{.select = options.device});
-    device.keepKernels(); // most settings have the same
-    beginComparison(device, subject, report);
+    CompareSubject subject(base, report);
+    subject.steps = !subject.targets.empty();
+    beginComparison(subject, report);
     progress("training the defaults");
-    const Probe probed = probe(device, subject, base);
+    const Probe probed = probe(subject, base);
     TradeoffReport found;
     found.horizon = kHorizon;
-    const std::vector<Setting> singles = singleSettings(base, subject.scene.maxDepth, probed.use, found.unused);
+    const std::vector<Setting> singles = singleSettings(base, subject.session.host().maxDepth, probed.use, found.unused);
     TradeoffMeasurement measured =
-        measureSettings(device, subject, singles, budgetOf(base, probed, singles.size(), kSingleShare * allowed, kReferenceShare * allowed), {}, report,
+        measureSettings(subject, singles, budgetOf(base, probed, singles.size(), kSingleShare * allowed, kReferenceShare * allowed), {}, report,
                         progress);
     found.singles = std::move(measured.results);
     found.reference = std::move(measured.reference);
@@ -112,12 +109,12 @@ std::string tradeoff(const Options& options, Report& report, const ProgressText&
         for (Setting& setting : combinedSettings(base, best))
             together.push_back(std::move(setting));
         const double left = std::max(0.1 * allowed, allowed - report.elapsed());
-        found.combined = measureSettings(device, subject, together, budgetOf(base, probed, together.size(), left, 0), found.reference.reference, report,
+        found.combined = measureSettings(subject, together, budgetOf(base, probed, together.size(), left, 0), found.reference.reference, report,
                                          progress)
                              .results;
     }
     found.seconds = report.elapsed();
-    report.addDevice(device);
+    report.addDevice(subject.session.device());
     write(subject, found, options.output, base, report);
     report.warnOfLosses();
     return tradeoffMarkdown(found);

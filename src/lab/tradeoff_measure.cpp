@@ -64,12 +64,12 @@ bool sameBias(const Bias& a, const Bias& b) {
 
 double SettingResult::errorAfter(double seconds) const { return std::sqrt(relativeVariance.value * secondsPerPass / seconds + squaredBias); }
 
-TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, const std::vector<Setting>& settings, const TradeoffBudget& budget,
+TradeoffMeasurement measureSettings(CompareSubject& subject, const std::vector<Setting>& settings, const TradeoffBudget& budget,
                                     std::optional<Reference> given, Report& report, const std::function<void(const std::string&)>& progress) {
     const CompareMode mode = subject.modes.front();
     std::vector<Stage> stages(settings.size());
     std::vector<Contestant> contestants;
-    const auto depthOf = [&](const Setting& s) { return s.options.effectiveDepth(subject.scene.maxDepth); };
+    const auto depthOf = [&](const Setting& s) { return s.options.effectiveDepth(subject.session.host().maxDepth); };
     std::uint32_t deepest = 0;
     for (const Setting& s : settings)
         deepest = std::max(deepest, depthOf(s));
@@ -79,16 +79,15 @@ TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, con
         Contestant contestant;
         contestant.name = method.name;
         contestant.makesReference = depthOf(settings[i]) == deepest;
-        contestant.begin = [&device, &subject, &stage, method, mode](std::uint32_t turn) {
-            stage.renderer = std::make_unique<MethodRenderer>(device, subject, method);
+        contestant.begin = [&subject, &stage, method, mode](std::uint32_t turn) {
+            stage.renderer = std::make_unique<MethodRenderer>(subject, method);
             stage.renderer->train(mode, turn);
         };
         contestant.pass = [&stage, mode](std::uint32_t index) { return stage.renderer->pass(mode, index); };
-        contestant.end = [&stage, &report, method] {
+        contestant.end = [&stage, method] {
             stage.trainSeconds += stage.renderer->trainSeconds();
             ++stage.trainings;
-            stage.chosen = describeDecision(method, stage.renderer->decision());
-            report.addStatistics(stage.renderer->statistics());
+            stage.chosen = describeDecision(method, stage.renderer->last());
             stage.renderer.reset();
         };
         contestants.push_back(std::move(contestant));
@@ -102,7 +101,6 @@ TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, con
         const bool alike = depthOf(settings[i]) == depthOf(settings.front()) && sameBias(r.bias, measurement.results.front().bias);
         r.squaredBias = ownBias(alike ? measurement.results.front().bias : r.bias);
         report.seconds.gradient += comparison.results[i].seconds;
-        report.seconds.guide += stages[i].trainSeconds;
     }
     report.seconds.gradient += comparison.reference.seconds;
     measurement.reference = std::move(comparison.reference);

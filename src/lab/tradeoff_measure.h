@@ -33,8 +33,8 @@ struct TradeoffMeasurement {
     MeasuredReference reference;
 };
 
-// Without `given` the settings of the largest depth make the reference. Adds statistics to the report.
-TradeoffMeasurement measureSettings(Device& device, CompareSubject& subject, const std::vector<Setting>& settings, const TradeoffBudget& budget,
+// Without `given` the settings of the largest depth make the reference. Adds seconds to the report.
+TradeoffMeasurement measureSettings(CompareSubject& subject, const std::vector<Setting>& settings, const TradeoffBudget& budget,
                                     std::optional<Reference> given, Report& report, const std::function<void(const std::string&)>& progress);
 
 // Settings that no other one beats in both seconds and error of a pass, fastest first.

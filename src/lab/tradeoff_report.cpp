@@ -242,13 +242,10 @@ std::string tradeoffMarkdown(const TradeoffReport& report) {
 std::string tradeoffDocument(const CompareSubject& subject, const std::string& device, const std::string& configuration, const TradeoffReport& report) {
     const std::filesystem::path scene = std::filesystem::absolute(subject.options.input).lexically_normal();
     const std::string name = (scene.parent_path().filename() / scene.filename()).string();
-    std::string names;
-    for (const std::uint32_t p : subject.parameters)
-        names += (names.empty() ? "" : ", ") + subject.scene.parameters[p].name;
     const char* what = subject.modes.front() == CompareMode::Forward ? "Derivative image by "
                        : subject.steps                               ? "Gradient of a step of a recovery, image and derivative pass, by "
                                                                      : "Gradient by ";
-    std::string body = "<h1>" + escapeHtml(name) + ": speed against accuracy</h1>\n<p class=\"lead\">" + what + "<code>" + escapeHtml(names) + "</code>, " +
+    std::string body = "<h1>" + escapeHtml(name) + ": speed against accuracy</h1>\n<p class=\"lead\">" + what + "<code>" + escapeHtml(subject.parameterNames()) + "</code>, " +
                        std::to_string(subject.view.width) + " &times; " + std::to_string(subject.view.height) + " pixels, on " + escapeHtml(device) +
                        ", measured in " + shortNumber(report.seconds) + " s.</p>\n<section>\n<h2>One knob at a time</h2>\n<p class=\"result\">On the frontier: <b>" +
                        escapeHtml(headline(report)) + "</b>.</p>\n<div class=\"plot\">" + svgImage(tradeoffPlot(report).svg()) + "</div>\n" +

@@ -59,11 +59,11 @@ void Renderer::State::drop() {
     guided = roulette = false;
 }
 
-void Renderer::State::ensure(Mode mode, bool learn) {
+void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
     const PathOptions& paths = options.paths;
     const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
     const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
-    if (renderer && !(learn && !fresh) && (!wanted || (guided && (roulette || !wantsRoulette))))
+    if (renderer && !(learn && anew && !fresh) && (!wanted || (guided && (roulette || !wantsRoulette))))
         return;
     drop();
     RenderConfig config = renderConfig(paths, scene, parameters);
@@ -142,7 +142,7 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
 void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
     clock_ = {};
     follow();
-    ensure(mode, how.train > 0);
+    ensure(mode, how.train > 0, how.anew);
     renderer->setInteraction(interactionOf(call));
     told = {};
     told.width = view.width;

@@ -31,8 +31,8 @@ struct Renderer::State {
     State(const State&) = delete;
 
     void drop();
-    // For passes of a mode, with a guide that has learned nothing since it was made if they `learn` first.
-    void ensure(Mode mode, bool learn);
+    // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
+    void ensure(Mode mode, bool learn, bool anew = true);
     void follow(); // takes over what has changed in the source
     View viewOf(const PassOptions& pass) const;
     // Error(Usage) on what the renderer was not made for.

@@ -222,6 +222,17 @@ TEST(LibraryRenderer, GuidesAreSavedAndLoaded) {
     EXPECT_EQ(report.sampling, Sampling::Conditional);
     EXPECT_NE(learner.backward(adjoint, {.spp = 8, .seed = 1}), learned);
 
+    // Learning goes on from what this renderer knows as it does from a file, or begins anew.
+    const PassOptions further{.spp = 8, .seed = 2, .train = 1, .anew = false};
+    const auto continued = learner.backward(adjoint, further);
+    EXPECT_EQ(continued, loaded.backward(adjoint, further));
+    const PassOptions again{.spp = 8, .seed = 2, .train = 1};
+    RendererOptions without = options;
+    without.paths.guide.load.clear();
+    const auto fresh = Renderer(device(), scene, without).backward(adjoint, again);
+    EXPECT_NE(fresh, continued);
+    EXPECT_EQ(learner.backward(adjoint, again), fresh);
+
     options.parameters = {"light.emission"};
     const Error other = errorOf([&] { Renderer(device(), scene, options).backward(adjoint, {.spp = 8}); });
     EXPECT_EQ(other.kind, ErrorKind::Input);
