@@ -43,7 +43,7 @@ SquareSum squareSum(std::span<const double> gradient) {
 // The loss of an image that is wrong by kTrusted of the target's mean everywhere. Of the mean, not the root mean square: a lamp in the picture would
 // make that large, and all that the lamp lights would be trusted little.
 double toleratedLoss(Loss loss, const Target& target) {
-    constexpr double kTrusted = 0.05;
+    constexpr double kTrusted = 0.1;
     double sum = 0, weights = 0;
     for (std::size_t i = 0; i < target.image.values.size(); ++i) {
         const double weight = target.mask.empty() ? 1 : double(target.mask[i / 3]), value = std::abs(double(target.image.values[i]));

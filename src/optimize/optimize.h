@@ -29,7 +29,7 @@ struct OptimizeConfig {
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
-    // square of theirs, that of light in units of its mean; none of normals. Images say exp(-n loss / tolerated), over their n values: errors of 5 % of the target's mean are likely,
+    // square of theirs, that of light in units of its mean; none of normals. Images say exp(-n loss / tolerated), over their n values: errors of 10 % of the target's mean are likely,
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;

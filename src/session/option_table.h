@@ -156,7 +156,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"total-variation", "W", "0", "Weight of the total variation of textures in the loss"}, o.recovery.totalVariation);
         v({"prior", "B", "8",
            "How alike neighbouring texels are, light in units of its mean, before any image is seen: differences are as likely as exp(-B n d), "
-           "with n channels and d the root mean square of theirs, beside images trusted to 5 % of their mean; 0: no prior"},
+           "with n channels and d the root mean square of theirs, beside images trusted to 10 % of their mean; 0: no prior"},
           o.recovery.prior);
         v({"spp-difference", "N", "8", "Samples per pixel by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
