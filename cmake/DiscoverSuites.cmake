@@ -1,5 +1,5 @@
 # Writes tests for ctest of a program of GoogleTest's: one for each of its suites, one for each case whose name contains "Full".
-#   cmake -DPROGRAM= -DNAME= -DLABEL= -DOUTPUT= -P DiscoverSuites.cmake
+#   cmake -DPROGRAM= -DNAME= -DLABEL= -DENVIRONMENT= -DOUTPUT= -P DiscoverSuites.cmake
 # The cases of a suite run in one process, which starts one device and compiles each kernel once.
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE lines RESULT_VARIABLE failed)
 if(failed)
@@ -17,7 +17,8 @@ if(LABEL)
 endif()
 function(add_entry name filter label timeout)
   string(APPEND text "add_test([==[${name}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${filter}]==])\n"
-    "set_tests_properties([==[${name}]==] PROPERTIES LABELS \"${label}\" TIMEOUT ${timeout} SKIP_REGULAR_EXPRESSION [==[${all_skipped}]==])\n")
+    "set_tests_properties([==[${name}]==] PROPERTIES LABELS \"${label}\" TIMEOUT ${timeout} SKIP_REGULAR_EXPRESSION [==[${all_skipped}]==]"
+    " ENVIRONMENT \"${ENVIRONMENT}\")\n")
   set(text "${text}" PARENT_SCOPE)
 endfunction()
 macro(end_suite)
