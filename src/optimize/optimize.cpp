@@ -365,17 +365,6 @@ void Optimization::restore(OptimizeState state, const std::vector<std::vector<fl
     }
 }
 
-bool Optimization::run(const std::function<void(const StepReport&)>& afterStep) {
-    while (state_.step < std::min(config_.steps, config_.stopAfter)) {
-        const StepReport report = step();
-        if (afterStep)
-            afterStep(report);
-        if (config_.stop && config_.stop->load())
-            return false;
-    }
-    return true;
-}
-
 Image Optimization::render(std::size_t view, std::uint32_t spp) {
     return model_.picture(view, spp, pictureKey(config_.seed, view));
 }

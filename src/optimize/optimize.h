@@ -10,14 +10,12 @@
 #include "optimize/target.h"
 
 #include <algorithm>
-#include <atomic>
 #include <functional>
 
 namespace cmpg {
 
 struct OptimizeConfig {
     std::uint32_t steps = 200;
-    std::uint32_t stopAfter = ~0u; // steps: run() ends early, the schedule is that of all
     std::uint32_t spp = 16, sppGradient = 4; // per pixel and step, of the primal and of the derivative pass
     // Per pixel, of the steps that carry the image of the step before on (RunningImage), two at least; 0: every step renders its own of `spp`. Gauss-Newton
     // takes fewer where gradients are mostly noise: then the image's is the lesser one.
@@ -36,7 +34,6 @@ struct OptimizeConfig {
     std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
-    const std::atomic<bool>* stop = nullptr; // run() ends after the step in flight once this is true
     std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
 };
 
@@ -102,8 +99,6 @@ class Optimization {
     void restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients);
     // Error(Input) if they do not.
     void requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values, const std::vector<std::vector<double>>& gradients) const;
-    // Steps until done, stopAfter included, or stopped, calling `afterStep` after each. False: stopped.
-    bool run(const std::function<void(const StepReport&)>& afterStep = {});
 
     // Image of a view at the current parameters, with the same random numbers whatever the step: two of them differ by what the
     // parameters changed, not by noise.
@@ -111,7 +106,6 @@ class Optimization {
 
     // For the steps to come.
     void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
-    void stopAfter(std::uint32_t steps) { config_.stopAfter = steps; }
     void setRateFactor(double factor) { rateFactor_ = factor; } // on all rates, beside the schedule
 
     const OptimizeConfig& config() const { return config_; }

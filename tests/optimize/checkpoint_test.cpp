@@ -275,7 +275,7 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
             Bench bench(makeConfig(kind));
             Failing failing(bench.model, calls);
             Optimization run(failing, bench.scene, makeConfig(kind), {0, 1});
-            EXPECT_THROW(run.run(), Error);
+            EXPECT_THROW(test::runSteps(run), Error);
             ASSERT_EQ(run.state().history.size(), run.state().step);
             const auto sections = checkpointSections(run, bench.model, {}, "", "");
             Bench second(makeConfig(kind));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "optimize/image_model.h"
+#include "optimize/optimize.h"
 #include "optimize/target.h"
 #include "render/pixel_sampling.h"
 
@@ -215,6 +216,12 @@ inline double rmsError(const Scene& scene) {
         for (std::size_t i = 0; i < truth.parameters[k].values.size(); ++i, ++count)
             sum += std::pow(double(scene.parameters[k].values[i]) - truth.parameters[k].values[i], 2);
     return std::sqrt(sum / count);
+}
+
+// To the last step of its configuration.
+inline void runSteps(Optimization& run, const std::function<void(const StepReport&)>& afterStep = [](const StepReport&) {}) {
+    while (run.state().step < run.config().steps)
+        afterStep(run.step());
 }
 
 } // namespace cmpg::test

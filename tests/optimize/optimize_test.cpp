@@ -32,10 +32,10 @@ Scene optimise(OptimizeConfig config, double noise, std::vector<StepReport>* rep
     LinearModel model(scene, config.targets.size(), config.targets[0].image.width, config.targets[0].image.height, noise);
     model.pixels = pixels;
     Optimization run(model, scene, std::move(config), {0, 1});
-    EXPECT_TRUE(run.run([&](const StepReport& report) {
+    test::runSteps(run, [&](const StepReport& report) {
         if (reports)
             reports->push_back(report);
-    }));
+    });
     return scene;
 }
 
@@ -90,7 +90,7 @@ TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
         Optimization run(model, scene, config, {0, 1});
         std::vector<std::vector<double>> mean = {std::vector<double>(48), std::vector<double>(3)};
         double loss = 0;
-        run.run([&](const StepReport& report) {
+        test::runSteps(run, [&](const StepReport& report) {
             loss += report.loss / double(views);
             for (std::size_t k = 0; k < mean.size(); ++k)
                 for (std::size_t i = 0; i < mean[k].size(); ++i)
@@ -171,7 +171,7 @@ TEST(Optimize, NoTwoPassesShareTheirRandomNumbers) {
     Scene scene = test::makeScene();
     LinearModel model(scene, 2, 8, 8, 0.1);
     Optimization run(model, scene, config, {0, 1});
-    run.run();
+    test::runSteps(run);
     run.render(0, 4);
     run.render(1, 4);
     std::set<std::tuple<std::uint64_t, std::uint32_t, std::uint32_t, std::uint32_t>> keys; // the images of a view are one sequence of samples
@@ -196,7 +196,7 @@ TEST(Optimize, CountsItsSamples) {
         model.pixels = sampling;
         Optimization run(model, scene, config, {0, 1});
         std::uint64_t reported = 0, taken = 0;
-        run.run([&](const StepReport& report) { reported += report.samples; });
+        test::runSteps(run, [&](const StepReport& report) { reported += report.samples; });
         for (const LinearModel::Call& call : model.calls)
             taken += call.samples;
         EXPECT_EQ(reported, taken);
@@ -212,22 +212,6 @@ TEST(Optimize, EqualRunsAreEqualBitByBit) {
     EXPECT_NE(a.parameters[0].values, optimise(other, 0.3).parameters[0].values);
 }
 
-TEST(Optimize, StopEndsAfterTheStepInFlight) {
-    OptimizeConfig config = makeConfig(1);
-    std::atomic<bool> stop = false;
-    config.stop = &stop;
-    Scene scene = test::makeScene();
-    LinearModel model(scene, 1, 8, 8, 0);
-    Optimization run(model, scene, config, {0, 1});
-    int steps = 0;
-    EXPECT_FALSE(run.run([&](const StepReport&) { stop = ++steps == 7; }));
-    EXPECT_EQ(steps, 7);
-    EXPECT_EQ(run.state().step, 7u);
-    stop = false;
-    EXPECT_TRUE(run.run([&](const StepReport&) { ++steps; })); // and it goes on from there
-    EXPECT_EQ(steps, 300);
-}
-
 TEST(Optimize, ReportsAGradientNormPerParameter) {
     OptimizeConfig config = makeConfig(1);
     config.steps = 10;
@@ -235,7 +219,7 @@ TEST(Optimize, ReportsAGradientNormPerParameter) {
     LinearModel model(scene, 1, 8, 8, 0);
     model.breakGradients = [](std::vector<std::vector<double>>& gradients) { EXPECT_EQ(gradients.size(), 2u); };
     Optimization run(model, scene, config, {0, 1});
-    run.run();
+    test::runSteps(run);
     EXPECT_NE(scene.parameters[0].values, test::makeScene().parameters[0].values);
     for (const double norm : run.step().gradientNorm)
         EXPECT_GT(norm, 0);
