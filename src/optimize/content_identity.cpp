@@ -1,6 +1,8 @@
 // What an optimisation is made of, by checksum.
 #include "optimize/content_identity.h"
 
+#include "scene/pixel_filter.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <type_traits>
@@ -88,8 +90,6 @@ std::string cameraOf(const View& view) {
     d.add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height);
     if (c.center != glm::vec2(0))
         d.add(c.center);
-    if (c.filter.kind != PixelFilter::Kind::Box)
-        d.add(c.filter.kind).add(c.filter.radius).add(c.filter.deviation);
     return d.text();
 }
 
@@ -110,6 +110,8 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
         if (views.size() > 1)
             number.append(" ").append(std::to_string(v));
         identity.emplace_back("the camera" + number, cameraOf(views[v]));
+        if (const PixelFilter& filter = views[v].camera->filter; filter.kind != PixelFilter::Kind::Box)
+            identity.emplace_back("filter" + number, nameOf(filter)); // by the name of the option that changes it
         identity.emplace_back("the target" + number, Digest().add(targets[v].image.values).add(targets[v].mask).text());
     }
     return identity;
