@@ -179,8 +179,11 @@ void main() {
     }
     // Of the light that comes back through the interior of what was hit from within.
     vec3 kept = vec3(1);
-    if (kAbsorbing && (sampling.flags & kMaterialAbsorbs) != 0 && cosFace < 0.0)
-        kept = interiorTransmittance(vec3(sampling.surface.metallic, sampling.surface.specular, uintBitsToFloat(materialTexel(p.material * kMaterialTexels + 2).w)), hit.t);
+    if (kAbsorbing && cosFace < 0.0) {
+        const uint interior = (kBlend ? interiorMaterial(p) : p.material) * kMaterialTexels;
+        const uvec4 m1 = materialTexel(interior + 1);
+        if ((m1.w & kMaterialAbsorbs) != 0) kept = interiorTransmittance(uintBitsToFloat(uvec3(m1.xy, materialTexel(interior + 2).w)), hit.t);
+    }
     const bool last = push.bounce + 1 >= kMaxDepth;
     bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;

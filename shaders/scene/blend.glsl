@@ -6,6 +6,12 @@ float blendWeight(SurfacePoint p, uint frozenTexels) {
     return textureValue(p.material, kSlotWeight, p.uv0, p.uv1, frozenTexels).x;
 }
 
+// The second material of a blend.
+uint blendSecond(uint material) { return slotTexel((material * kSlotsPerMaterial + kSlotWeight) * kSlotTexels + 2).w; }
+
+// The material whose interior lies behind the surface: where what scatters is met, that of the glass it is blended with.
+uint interiorMaterial(SurfacePoint p) { return p.blend < 0.0 ? blendSecond(p.material) : p.material; }
+
 // Weight over probability of what was chosen; 1 where there is no blend.
 float blendShare(SurfacePoint p, uint frozenTexels) {
     if (p.blend == 0.0) return 1.0;
@@ -22,5 +28,5 @@ void chooseBlended(INOUT(SurfacePoint) p, float u) {
     if ((flags & kMaterialWeightDifferentiated) != 0) probability = clamp(probability, 0.1, 0.9);
     const bool second = u < probability;
     p.blend = second ? 1.0 / probability : -1.0 / (1.0 - probability);
-    if (second) p.material = slotTexel((p.material * kSlotsPerMaterial + kSlotWeight) * kSlotTexels + 2).w;
+    if (second) p.material = blendSecond(p.material);
 }

@@ -65,6 +65,48 @@ TEST(Blend, IsTheWeightedMean) {
     }
 }
 
+// A lamp behind a dark pane that lets through a part of the light.
+TEST(Blend, LetsThroughAPart) {
+    SceneBuilder b;
+    b.square(b.material("lamp", 0, 3), -1);
+    b.square(b.material("dark", 0, 0), 0);
+    Material& pane = b.scene.materials[b.material("pane", 1, 0)];
+    pane.model = SurfaceModel::ThinDielectric;
+    b.camera(1);
+    addBlend(b.scene, "dark", "pane", 0.4f);
+    Bench s(b.scene, {"dark.weight"});
+    const View view = viewOf(s.scene, kSize, kSize);
+    const double reflected = 0.04, passed = 3 * (1 - 2 * reflected / (1 + reflected)); // both of the pane's boundaries
+    std::vector<double> values, derivatives;
+    for (std::uint32_t i = 0; i < 16; ++i) {
+        values.push_back(meanOf(s.renderer->render(view, 64, {i, 0, 0})));
+        derivatives.push_back(meanOf(s.renderer->forward(view, 64, {i, 0, 1}, s.config.differentiable, s.ones())));
+    }
+    const MeanError value = statistics(values), derivative = statistics(derivatives);
+    EXPECT_NEAR(value.mean, 0.4 * passed, 4 * value.standardError + 1e-5);
+    EXPECT_NEAR(derivative.mean, passed, 4 * derivative.standardError + 1e-5);
+    EXPECT_LT(value.standardError, 0.01);
+}
+
+// The way through an absorbing interior darkens what the part scatters that lets nothing through.
+TEST(Blend, InteriorsAbsorbWhicheverPartIsMet) {
+    SceneBuilder b;
+    b.quad(b.material("floor", 0.5f, 0), {-1, 1, 0}, {2, 0, 0}, {0, -2, 0}); // its back faces the camera
+    Material& glass = b.scene.materials[b.material("glass", 1, 0)];
+    glass.model = SurfaceModel::Dielectric;
+    glass.smooth = true;
+    glass.absorption = glm::vec3(0.5f);
+    b.camera(1);
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::Directional;
+    sun.direction = glm::vec3(0, 0, -1);
+    sun.intensity = glm::vec3(2);
+    b.scene.lights = {sun};
+    addBlend(b.scene, "floor", "glass", 0);
+    Bench s(b.scene, {});
+    EXPECT_NEAR(meanOf(s.renderer->render(viewOf(s.scene, kSize, kSize), 4, {1, 0, 0})), 0.5 * 2 / glm::pi<double>() * std::exp(-0.5), 1e-5);
+}
+
 // Weights of 0 and 1 leave one material, to the bit.
 TEST(Blend, EndsAreTheMaterialsThemselves) {
     const auto image = [](Scene scene) {
