@@ -106,13 +106,13 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         if (kDiffSurface && differentiated)
             factor = scale * scatterDerivatives(p, value, value.normal, wo, light.direction, false, d);
         else
-            factor = scale * bsdfCos(value.surface, value.normal, wo, light.direction);
+            factor = scale * scattered(value, value.normal, wo, light.direction, false);
         if (kAbsorbing) factor *= kept;
         factor = keepFinite(factor);
         direct = keepFinite(factor * radiance);
         wanted = any(notEqual(direct, vec3(0)));
         if (kDifference) {
-            vec3 secondFactor = scale * bsdfCos(second.surface, second.normal, wo, light.direction);
+            vec3 secondFactor = scale * scattered(second, second.normal, wo, light.direction, false);
             if (kAbsorbing) secondFactor *= kept;
             secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels));
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
@@ -128,6 +128,11 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
     return wanted;
 }
 
+SampleKey vertexKey(Ray ray, Prefix prefix) {
+    const uvec2 path = readPath(ray.path);
+    return SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
+}
+
 void main() {
     const uint index = globalIndex();
     if (push.count == 0 || index >= here.classes[kClass]) return;
@@ -138,14 +143,16 @@ void main() {
     const Hit hit = readHit(copy.ray);
     const Prefix prefix = loadPrefix(copy.ray, copy);
     if (kReverse) tapePut3(slot, kPlaneThroughput, prefix.throughput);
-    const SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
+    SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
+    if (kBlend) chooseBlended(p, sampleSet(vertexKey(ray, prefix), kSetBlend).x);
     SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
     SurfaceMaterial value = sampling;
     if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
     SurfaceMaterial secondValue = sampling;
     if (kDifference) secondValue = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
-    const bool differentiated = kDiffSurface && (sampling.flags >> kDifferentiatedShift & kScatteringSlots) != 0;
+    const bool differentiated = kDiffSurface && ((sampling.flags >> kDifferentiatedShift & kScatteringFlags) != 0 ||
+                                                 (kDiffWeight && (sampling.flags & kMaterialWeightDifferentiated) != 0));
     const vec3 wo = -ray.direction;
     if (IS_DIELECTRIC(sampling.surface)) {
         sampling.normal = boundaryNormal(sampling.surface, sampling.normal, p.faceNormal, wo);
@@ -172,8 +179,11 @@ void main() {
     }
     // Of the light that comes back through the interior of what was hit from within.
     vec3 kept = vec3(1);
-    if (kAbsorbing && (sampling.flags & kMaterialAbsorbs) != 0 && cosFace < 0.0)
-        kept = interiorTransmittance(vec3(sampling.surface.metallic, sampling.surface.specular, uintBitsToFloat(materialTexel(p.material * kMaterialTexels + 2).w)), hit.t);
+    if (kAbsorbing && cosFace < 0.0) {
+        const uint interior = (kBlend ? interiorMaterial(p) : p.material) * kMaterialTexels;
+        const uvec4 m1 = materialTexel(interior + 1);
+        if ((m1.w & kMaterialAbsorbs) != 0) kept = interiorTransmittance(uintBitsToFloat(uvec3(m1.xy, materialTexel(interior + 2).w)), hit.t);
+    }
     const bool last = push.bounce + 1 >= kMaxDepth;
     bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;
@@ -184,8 +194,7 @@ void main() {
     bool guided = false, single = false;
     const GuidePoint g = guidePoint(p.position, sampling.surface, prefix);
     if (!last) {
-        const uvec2 path = readPath(ray.path);
-        const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
+        const SampleKey key = vertexKey(ray, prefix);
         if (kLightSampling && scene.lights > 0)
             wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, kept, sampleSet(key, kSetLight), v.direct, second.direct, light);
         else if (kDiffSurface && differentiated)

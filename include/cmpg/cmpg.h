@@ -4,6 +4,7 @@
 #include <cmpg/check.h>
 #include <cmpg/device.h>
 #include <cmpg/error.h>
+#include <cmpg/filter.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>
 #include <cmpg/recovery.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmpg/error.h>
+#include <cmpg/filter.h>
 #include <cmpg/namespace.h>
 
 #include <cstddef>
@@ -25,7 +26,7 @@ struct CameraInfo {
 // linear; a constant is a texture of one texel.
 struct ParameterInfo {
     std::string name = {}; // "<material>.<slot>" or "environment.radiance"
-    std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness" or "radiance"
+    std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "weight" or "radiance"
     int height = 1, width = 1, channels = 3;
     float lowest = 0, highest = 1; // range of the values; `highest` may be infinite
 
@@ -37,6 +38,7 @@ struct SceneOptions {
     std::filesystem::path environment = {};  // latitude-longitude picture of the surroundings, in place of the scene's own or of none
     float environmentRotation = 0;           // degrees about +y
     std::map<std::string, std::string> define = {}; // values of the variables of a Mitsuba scene
+    std::optional<ReconstructionFilter> filter = {}; // of all cameras, in place of the scene's own
 };
 
 // Owns the current values. Renderers follow them, a recovery begins at them and keeps its own. Safe to use from several threads.

@@ -61,7 +61,7 @@ class Parameter:
     def __init__(self, scene: Scene, info: _cmpg.ParameterInfo) -> None:
         self._scene = scene
         self.name: str = info.name
-        #: "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness" or "radiance"
+        #: "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "weight" or "radiance"
         self.slot: str = info.slot
         #: (height, width, channels)
         self.shape: tuple[int, int, int] = info.shape
@@ -113,14 +113,18 @@ class Scene:
         environment: latitude-longitude picture of the surroundings, in place of the scene's own, or of none.
         environment_rotation: of that picture about +y, in degrees.
         define: values of the variables of a Mitsuba scene, by name.
+        filter: reconstruction filter of all cameras, in place of the scene's own: "box", "tent", "gaussian", or with the radius of a tent
+            or the standard deviation of a Gaussian in pixels, "tent:1.5", "gaussian:0.7".
 
     Raises:
+        UsageError: there is no such filter.
         InputError: the file is missing, malformed or too large.
     """
 
     def __init__(self, file: Path, *, environment: Path | None = None, environment_rotation: float = 0,
-                 define: Mapping[str, object] | None = None) -> None:
-        self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()})
+                 define: Mapping[str, object] | None = None, filter: str | None = None) -> None:
+        self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()},
+                                    filter)
         self._revision = 0
         self._changed: set[str] = set()  # names of what was set
         self._device: Device | None = None

@@ -40,9 +40,14 @@ void bindScene(nb::module_& m) {
 
     nb::class_<cmpg::Scene>(m, "Scene")
         .def("__init__", [](cmpg::Scene* self, const std::filesystem::path& file, const std::filesystem::path& environment, float rotation,
-                            const std::map<std::string, std::string>& define) {
-            new (self) cmpg::Scene(released([&] { return cmpg::Scene::load(file, {environment, rotation, define}); }));
-        }, "file"_a, "environment"_a, "environment_rotation"_a, "define"_a)
+                            const std::map<std::string, std::string>& define, const std::optional<std::string>& filter) {
+            new (self) cmpg::Scene(released([&] {
+                cmpg::SceneOptions options{environment, rotation, define};
+                if (filter)
+                    options.filter = cmpg::ReconstructionFilter::parse(*filter);
+                return cmpg::Scene::load(file, options);
+            }));
+        }, "file"_a, "environment"_a, "environment_rotation"_a, "define"_a, "filter"_a.none())
         .def("copy", &cmpg::Scene::copy, nb::call_guard<nb::gil_scoped_release>())
         .def("source", &cmpg::Scene::source)
         .def("warnings", &cmpg::Scene::warnings)

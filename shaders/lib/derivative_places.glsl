@@ -1,4 +1,5 @@
-// Where the derivatives by each slot stand in BsdfDerivatives and on the tape: those that are kept lie side by side, the normal's three at the end.
+// Where the derivatives by each slot stand in BsdfDerivatives and on the tape: those that are kept lie side by side, the normal's three and that of a
+// blend's weight at the end.
 // The includer defines uint kKeptSlots: a bit for each scattering slot whose derivatives are kept.
 #ifndef CMPG_LIB_DERIVATIVE_PLACES
 #define CMPG_LIB_DERIVATIVE_PLACES
@@ -13,7 +14,8 @@ const uint kKeptSurfaceSlots = kKeptSlots & ~(1u << kSlotNormal) & 0xffu;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) const uint kAt##Name = CMPG_BITS_OF_8(kKeptSurfaceSlots & ((1u << number) - 1u));
 #include "shared/slots.def"
 const uint kAtNormal = CMPG_BITS_OF_8(kKeptSurfaceSlots);
-const uint kDerivativeCount = kAtNormal + 3u * (kKeptSlots >> kSlotNormal & 1u);
+const uint kAtWeight = kAtNormal + 3u * (kKeptSlots >> kSlotNormal & 1u);
+const uint kDerivativeCount = kAtWeight + (kKeptSlots >> kSlotWeight & 1u);
 const uint kDerivativePlaces = kDerivativeCount > 0u ? kDerivativeCount : 1u; // no array is empty
 
 #endif

@@ -15,7 +15,7 @@ struct Surface {
     float ior;          // 0 stands for infinity; dielectrics and plastic: interior over exterior; conductor: eta.z
     uint asked;         // bit per slot (kSlotBaseColor ...) whose derivative is asked for here
     uint model;         // GpuMaterial::flags
-    float lobe[kSlotsPerMaterial - kCommonSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
+    float lobe[kLobeSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
 };
 
 // Derivatives of f |cos| per colour channel, by place: kAtBaseColor ... where the slot is differentiated (kDiffBaseColor ...).

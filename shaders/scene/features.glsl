@@ -40,6 +40,9 @@ layout(constant_id = kFeaturePixelFilter) const bool kPixelFilter = false;
 layout(constant_id = kFeatureSingleDirections) const bool kSingleDirections = false;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
+#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kTextured##Name = (kTexturedSlots & (1u << number)) != 0;
+#include "shared/slots.def"
+const bool kBlend = kTexturedWeight; // some material is a blend
 const bool kTextures = kTexturedSlots != 0 || kAlphaMask; // something is looked up at texture coordinates
 const bool kMetallicRoughness = (kModels & (1u << kModelMetallicRoughness)) != 0;
 const bool kOtherModels = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelConductor | 1u << kModelPlastic)) != 0;
@@ -57,8 +60,6 @@ const bool kSpecularColor = (kModels & (1u << kModelDielectric | 1u << kModelThi
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;
 const bool kDifference = kMode == kModeDifference;
-#define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kTextured##Name = (kTexturedSlots & (1u << number)) != 0;
-#include "shared/slots.def"
 const uint kDerivativeMode = (kMode + 1) >> 1 & 1; // of modes 0 to 3: 0, 1, 1, 0
 const bool kDerivatives = kDerivativeMode != 0;
 const bool kLightSampling = kTriangleLights || kPunctualLights || kEnvironmentLight;

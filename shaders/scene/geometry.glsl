@@ -9,6 +9,7 @@ struct SurfacePoint {
     vec4 color;
     vec4 tangent; // as in the file; xyz zero: not given
     uint triangle, material;
+    float blend; // of a blend: over its probability, what was chosen to be met here: positive the second material, negative the first; else 0
     float magnitude; // largest absolute coordinate of the triangle: the scale of rounding errors
 };
 
@@ -26,12 +27,13 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     p.uv1 = vec2(0);
     p.color = vec4(1);
     p.tangent = vec4(0);
+    if (kBlend) p.blend = 0.0;
     const uvec4 indices = triangleIndices(triangle);
     p.material = indices.w;
     if (kVertexNormals || kTextures) {
         const uvec3 at = indices.xyz * kAttributeTexels;
         // Texture coordinates of a surface without textures are not read anywhere.
-        const bool textured = kTextures && (materialTexel(p.material * kMaterialTexels + 1).w & 0xffu) != 0;
+        const bool textured = kTextures && (materialTexel(p.material * kMaterialTexels + 1).w & (((1u << kFlaggedSlots) - 1u) | kMaterialBlend)) != 0;
         vec4 a0 = vec4(0), a1 = vec4(0), a2 = vec4(0);
         if (kVertexNormals || textured) {
             a0 = attributeTexel(at.x);

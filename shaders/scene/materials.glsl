@@ -1,4 +1,5 @@
 // What a surface is made of at a point, and what it emits. Expects slots.glsl, geometry.glsl and what they expect.
+#include "scene/blend.glsl"
 
 // What a surface is made of at a point.
 struct SurfaceMaterial {
@@ -6,6 +7,7 @@ struct SurfaceMaterial {
     vec3 normal; // shading normal after normal mapping, unit
     vec3 colorFactor; // vertex colour that multiplied baseColor
     uint flags;
+    float share; // what scatters is this much: of a blend, the weight of what was chosen over its probability; else 1
 };
 
 // The unit tangent-space normal is t/|t|; world normal = frame * t/|t|.
@@ -25,7 +27,8 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
     m.normal = p.normal;
     m.colorFactor = vec3(1);
-    if (kTextures && (m.flags & 0xffu) != 0) {
+    if (kBlend) m.share = blendShare(p, frozenTexels);
+    if (kTextures && (m.flags & ((1u << kFlaggedSlots) - 1u)) != 0) {
         const uint f = m.flags;
         if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
         if (kLobeSpecular && IS_METALLIC_ROUGHNESS(m.surface)) {

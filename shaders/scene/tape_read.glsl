@@ -92,7 +92,7 @@ vec3 placeDerivative(uint slot, uint place, vec3 incident, float visible, INOUT(
 // Sum over the slots of the surface: T_i without what comes from further along the path.
 vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach, INOUT(Terms) terms) {
     vec3 sum = vec3(0);
-    const uint asked = materialTexel(material * kMaterialTexels + 1).w >> kDifferentiatedShift;
+    const uint flags = materialTexel(material * kMaterialTexels + 1).w, asked = flags >> kDifferentiatedShift;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
     if (kDiff##Name && (asked & (1u << number)) != 0) { \
         const SlotAddress a = slotAddress(material, number, uv0, uv1); \
@@ -108,6 +108,8 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
         for (uint c = 0; c < 3; ++c)
             sum += scalarTerm(a, placeDerivative(slot, kAtNormal + c, incident, visible, terms), 3, c, reach, batch.normalScale, terms.own);
     }
+    if (kDiffWeight && (flags & kMaterialWeightDifferentiated) != 0)
+        sum += scalarTerm(slotAddress(material, kSlotWeight, uv0, uv1), placeDerivative(slot, kAtWeight, incident, visible, terms), 1, 0, reach, batch.surfaceScale, terms.own);
     return sum;
 }
 

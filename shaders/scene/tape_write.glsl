@@ -42,6 +42,7 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
         f = singleCosDerivatives(m.surface, drawnBy, wo, wi, d);
     else
         f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, d);
+    if (kBlend) scaleDerivatives(d, vec3(m.share));
     const uint asked = m.flags >> kDifferentiatedShift;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
     if (kDiff##Name && (asked & (1u << number)) == 0) d.at[kAt##Name] = vec3(0);
@@ -53,14 +54,19 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
         else
             for (uint k = 0; k < 3; ++k) d.at[kAtNormal + k] = vec3(0);
     }
-    return f;
+    if (kDiffWeight) d.at[kAtWeight] = (m.flags & kMaterialWeightDifferentiated) != 0 ? p.blend * f : vec3(0);
+    return kBlend ? m.share * f : f;
 }
 
 // The value alone.
 vec3 scattered(SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single) {
     BsdfDerivatives unused; // the compiler drops what computes them
-    if (kSmoothLobes && single) return singleCosDerivatives(m.surface, drawnBy, wo, wi, unused);
-    return bsdfCos(m.surface, m.normal, wo, wi);
+    vec3 f;
+    if (kSmoothLobes && single)
+        f = singleCosDerivatives(m.surface, drawnBy, wo, wi, unused);
+    else
+        f = bsdfCos(m.surface, m.normal, wo, wi);
+    return kBlend ? m.share * f : f;
 }
 
 // plane: kPlaneDrawn, dw_i; kPlaneLit: dN_i before visibility.

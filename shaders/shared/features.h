@@ -70,6 +70,7 @@ CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
 CMPG_CONST kSetScatter = 1; // direction x, y, lobe, technique
 CMPG_CONST kSetLight = 2; // light, x, y
 CMPG_CONST kSetRoulette = 3; // copies of an arriving path; whether one goes on
+CMPG_CONST kSetBlend = 4; // which of two materials is met
 
 CMPG_SHARED_END
 #endif

@@ -8,8 +8,11 @@ CMPG_SHARED_BEGIN
 #include "shared/slots.def"
 CMPG_CONST kMaterialSlots = kSlotRadiance;
 CMPG_CONST kCommonSlots = kSlotNormal + 1; // those that all materials have; LOBE_SLOTs follow
-CMPG_CONST kSlotsPerMaterial = 8; // places in the table of slots, as many as GpuMaterial::flags has bits for
+CMPG_CONST kFlaggedSlots = kSlotWeight; // those that GpuMaterial::flags has two bits for, by number; kSlotWeight has its own
+CMPG_CONST kSlotsPerMaterial = kFlaggedSlots + 1; // places in the table of slots
+CMPG_CONST kLobeSlots = kFlaggedSlots - kCommonSlots;
 CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering may depend on
+CMPG_CONST kScatteringFlags = kScatteringSlots & ((1u << kFlaggedSlots) - 1u);
 
 // How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
 CMPG_CONST kModelMetallicRoughness = 0;
@@ -52,6 +55,8 @@ CMPG_CONST kMaterialClassShift = 25; // two bits: kClass..., of the kernel that 
 CMPG_CONST kMaterialClassMask = 3u;
 CMPG_CONST kMaterialCoverage = 0x10000000u; // of an alpha mask: alpha is the share of rays that meet the surface; alphaCutoff multiplies the threshold
 CMPG_CONST kMaterialAbsorbs = 0x20000000u; // a dielectric's interior
+CMPG_CONST kMaterialBlend = 0x40000000u; // the weight slot says which other material is met here, and how often
+CMPG_CONST kMaterialWeightDifferentiated = 0x80000000u; // of a blend, on both of its materials
 CMPG_CONST kMaterialOneSided = 0x8000000u; // black from behind; not of dielectrics
 
 // Where a slot's values live and how a surface point finds them.
@@ -62,7 +67,7 @@ struct GpuSlot {
     vec4 uvMatrix; // u' = x u + z v + translation.x, v' = y u + w v + translation.y
     vec2 uvTranslation;
     uint gradient; // first entry among the gradient sums; kNone when not differentiated
-    uint reserved;
+    uint other; // of a weight slot: the second material
     vec4 packedScale; // value = scale * decoded + bias, packed slots only
     vec4 packedBias;
 };

@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "library/states.h"
 #include "scene/parameter_values.h"
+#include "scene/pixel_filter.h"
 #include "scene/scene_file.h"
 
 #include <algorithm>
@@ -27,6 +28,8 @@ Scene Scene::load(const std::filesystem::path& file, const SceneOptions& options
     LoadOptions load;
     load.environment = {options.environment, glm::radians(options.environmentRotation)};
     load.definitions = options.define;
+    if (options.filter)
+        load.filter = pixelFilter(*options.filter);
     const auto state = std::make_shared<State>();
     state->scene = loadScene(file, load);
     state->revisions.resize(state->scene.parameters.size());

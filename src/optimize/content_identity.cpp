@@ -1,6 +1,8 @@
 // What an optimisation is made of, by checksum.
 #include "optimize/content_identity.h"
 
+#include "scene/pixel_filter.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <type_traits>
@@ -53,11 +55,14 @@ std::string digestOf(const Parameter& p) {
 std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& parameters) {
     Digest d;
     for (const Material& m : scene.materials) {
-        for (const std::uint32_t p : m.parameters)
-            d.add(p);
+        for (std::size_t k = 0; k < m.parameters.size(); ++k)
+            if (SlotKind(k) != SlotKind::Weight) // runs without blends are as they were before there were any
+                d.add(m.parameters[k]);
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
         if (m.oneSided || m.coverage || m.absorption != glm::vec3(0))
             d.add(m.oneSided).add(m.coverage).add(m.absorption);
+        if (m.blendWith != kNoMaterial)
+            d.add(m.blendWith).add(m.parameters[std::size_t(SlotKind::Weight)]);
     }
     for (const AlphaTexture& a : scene.alphaTextures)
         d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);
@@ -88,8 +93,6 @@ std::string cameraOf(const View& view) {
     d.add(c.toWorld).add(c.orthographic).add(c.yfov).add(c.ymag).add(view.width).add(view.height);
     if (c.center != glm::vec2(0))
         d.add(c.center);
-    if (c.filter.kind != PixelFilter::Kind::Box)
-        d.add(c.filter.kind).add(c.filter.radius).add(c.filter.deviation);
     return d.text();
 }
 
@@ -110,6 +113,8 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
         if (views.size() > 1)
             number.append(" ").append(std::to_string(v));
         identity.emplace_back("the camera" + number, cameraOf(views[v]));
+        if (const PixelFilter& filter = views[v].camera->filter; filter.kind != PixelFilter::Kind::Box)
+            identity.emplace_back("filter" + number, nameOf(filter)); // by the name of the option that changes it
         identity.emplace_back("the target" + number, Digest().add(targets[v].image.values).add(targets[v].mask).text());
     }
     return identity;

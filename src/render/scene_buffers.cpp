@@ -206,6 +206,8 @@ void SceneBuffers::uploadSlots(Device& device) {
             s.height = p.height;
             s.flags = sampling(p) | (p.channels == 1 ? gpu::kSlotScalar : 0) | (p.values.empty() ? gpu::kSlotPacked : 0) | (p.srgb ? gpu::kSlotSrgb : 0);
             place(s, p.uvTransform);
+            if (const std::uint32_t other = scene_.materials[materialsUp_[m]].blendWith; SlotKind(k) == SlotKind::Weight && other != kNoMaterial)
+                s.other = materialPlace_[other];
             const auto found = std::find(differentiable_.begin(), differentiable_.end(), index);
             s.gradient = found == differentiable_.end() ? gpu::kNone : std::uint32_t(gradientOffsets_[std::size_t(found - differentiable_.begin())]);
             s.packedScale = glm::vec4(p.scale, 0);
@@ -315,10 +317,12 @@ void SceneBuffers::uploadMaterials(bool second) {
             out.alphaCutoff = m.absorption.z;
         }
         out.alphaSlot = m.alphaMask && m.alphaTexture != ~0u ? alphaSlot_[m.alphaTexture] : gpu::kNone;
-        for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
+        for (std::uint32_t k = 0; k < gpu::kFlaggedSlots; ++k) {
             out.flags |= isLookedUp(materialsUp_[i], k) ? 1u << k : 0;
             out.flags |= isDifferentiable(m.parameters[k]) ? 1u << (gpu::kDifferentiatedShift + k) : 0;
         }
+        out.flags |= (m.blendWith != kNoMaterial ? gpu::kMaterialBlend : 0) |
+                     (isDifferentiable(m.parameters[std::size_t(SlotKind::Weight)]) ? gpu::kMaterialWeightDifferentiated : 0);
         const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
         const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
         out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0) | (m.coverage ? gpu::kMaterialCoverage : 0);

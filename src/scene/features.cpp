@@ -71,7 +71,7 @@ struct Analysis {
             if (m.parameters[k] == kNoParameter)
                 continue;
             if (k >= kCommonSlots)
-                reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness);
+                reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness || SlotKind(k) == SlotKind::Weight);
             const Parameter& p = scene.parameters[m.parameters[k]];
             if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal || k >= kCommonSlots)) {
                 f.texturedSlots |= 1u << k;
@@ -192,6 +192,9 @@ FeatureSet analyse(const Scene& scene, const FeatureRequest& request) {
     std::vector<bool> used(scene.materials.size(), false);
     for (const Triangle& t : scene.geometry.triangles)
         used[t.material] = true;
+    for (std::size_t i = 0; i < used.size(); ++i)
+        if (const std::uint32_t other = scene.materials[i].blendWith; used[i] && other != kNoMaterial)
+            used[other] = true;
     a.f.readSlots.assign(scene.materials.size(), 0);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (used[i])
@@ -330,6 +333,7 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"dielectrics, conductors and plastics", modelNames().empty() ? "off" : modelNames()},
         {"absorbing interiors", text(models & gpu::kModelsAbsorbing)},
         {"surfaces black from behind", text(models & gpu::kModelsOneSided)},
+        {"blends of materials", text(texturedSlots >> std::uint32_t(SlotKind::Weight) & 1u)},
         {"packed textures", text(packedTextures)},
         {"kernels of plain and of diffuse surfaces", text(classes.contains(ShadingClass::Plain)) + " " + text(classes.contains(ShadingClass::Diffuse))},
         {"vertex normals", text(vertexNormals)},

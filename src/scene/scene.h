@@ -23,7 +23,7 @@ enum class SlotKind : std::uint32_t {
 constexpr std::uint32_t kMaterialSlots = std::uint32_t(SlotKind::Radiance); // those of a material
 constexpr std::uint32_t kCommonSlots = std::uint32_t(SlotKind::Normal) + 1;    // those that every material has
 constexpr std::uint32_t kSlotKinds = kMaterialSlots + 1;
-constexpr std::uint32_t kNoParameter = ~0u;
+constexpr std::uint32_t kNoParameter = ~0u, kNoMaterial = ~0u;
 const char* slotName(SlotKind kind); // "baseColor", ...
 std::string slotNames();             // all of them, for messages
 std::uint32_t slotChannels(SlotKind kind);
@@ -103,6 +103,10 @@ struct Material {
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
     glm::vec3 absorption{0};      // Dielectric, without alphaMask: of its interior, per unit of length (Beer and Lambert's law)
     bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
+
+    // A blend: light meets the material `blendWith` in place of this one with the probability of the weight slot, which both have then; the mean over
+    // both is the weighted sum of what they scatter. What the surface emits and its alpha are the same for both, and the other is no blend.
+    std::uint32_t blendWith = kNoMaterial; // into Scene::materials
 
     // Nothing is scattered to behind, where the shading normal does not point: Mitsuba's BSDFs without twosided. Not for dielectrics.
     bool oneSided = false;

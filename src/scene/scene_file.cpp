@@ -78,6 +78,9 @@ Scene loadScene(const fs::path& file, const LoadOptions& options) try {
     Scene scene = format.load(file, options);
     scene.format = &format;
     scene.definitions = options.definitions;
+    if (options.filter)
+        for (Camera& camera : scene.cameras)
+            camera.filter = *options.filter;
     return scene;
 } catch (const std::bad_alloc&) {
     throw Error(ErrorKind::Input, file.string() + ": the scene does not fit into memory", "it is too large, or its sizes are damaged",

@@ -4,6 +4,7 @@
 #include "scene/scene.h"
 
 #include <map>
+#include <optional>
 #include <span>
 
 namespace cmpg {
@@ -23,6 +24,7 @@ struct LoadOptions {
     EnvironmentFile environment = {};
     // Values of the scene's own variables, by name; formats without any ignore them.
     std::map<std::string, std::string> definitions = {};
+    std::optional<PixelFilter> filter = {}; // of all cameras, in place of the scene's own
 };
 
 // A format of scene files. Each has a folder of its own beside this file.

@@ -79,6 +79,10 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"set", "P=VALUE|FILE", "", "Give a parameter a value: P=0.5, P=r,g,b (fills every entry) or P=FILE (of its own size). P may be a glob. Repeats", Contents}, o.set);
         v({"environment", "FILE", "", "Latitude-longitude picture of the surroundings, in place of the scene's own, or of none", Contents}, o.environment);
         v({"environment-rotation", "DEGREES", "0", "Turn that picture about +Y, counter-clockwise seen from above", Contents}, o.environmentRotation);
+        v({"filter", "box|tent|gaussian", "the scene's, else box",
+           "How a pixel weighs what is around its middle, as targets of other renderers do: tent:R has a radius, gaussian:S a standard deviation in pixels; "
+           "without, 1 and 0.5", Contents},
+          o.filter);
         v({"define", "NAME=VALUE", "", "Value of a variable of a Mitsuba scene, in place of its default. Repeats", Contents}, o.define);
         break;
     case OptionGroup::Running:

@@ -45,6 +45,7 @@ struct Options {
     std::string environment;      // a picture in place of the scene's own surroundings
     std::optional<float> environmentRotation; // degrees about +y
     std::vector<std::string> define;          // "NAME=VALUE", variables of the scene
+    std::string filter;                       // as ReconstructionFilter::parse() reads it; empty: the scene's own
     Sampler sampler = Sampler::Sobol;
     Sampling sampling = Sampling::Auto;
     bool noLightSampling = false;

@@ -180,6 +180,8 @@ void validate(const Options& o) {
     for (const std::string& d : o.define)
         if (d.find('=') == std::string::npos || d.front() == '=')
             refuse("--define takes NAME=VALUE, not '" + d + "'");
+    if (!o.filter.empty())
+        v1::ReconstructionFilter::parse(o.filter); // throws
     if (o.environmentRotation) {
         requireFinite(*o.environmentRotation, "--environment-rotation", -36000, 36000);
         if (o.environment.empty())

@@ -24,6 +24,8 @@ v1::Scene load(const Options& options, bool setValues) {
         const std::size_t equals = definition.find('=');
         given.define[definition.substr(0, equals)] = definition.substr(equals + 1);
     }
+    if (!options.filter.empty())
+        given.filter = v1::ReconstructionFilter::parse(options.filter);
     v1::Scene scene = v1::Scene::load(options.input, given);
     if (!setValues)
         return scene;

@@ -106,6 +106,8 @@ TEST_F(BadInput, Usage) {
         {{"render", kBox, "-o", out, "--spp", "-1"}, 2, "--spp"},
         {{"render", kBox, "-o", out, "--spp", "99999999999999999999"}, 2, "--spp"},
         {{"render", kBox, "-o", out, "--max-depth", "0"}, 2, "--max-depth"},
+        {{"render", kBox, "-o", out, "--filter", "mitchell"}, 2, "there is no filter 'mitchell'"},
+        {{"render", kBox, "-o", out, "--filter", "tent:99"}, 2, "from 0.01 to 32 pixels"},
         {{"render", kBox, "-o", out, "--memory", "1"}, 2, "--memory"},
         {{"render", kBox, "-o", out, "--memory", "16", "--max-depth", "1000"}, 2, "--memory"},
         {{"render", kBox, "-o", out, "--set", param + "=0.1,0.2"}, 2, "channel"},

@@ -132,6 +132,14 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"render", "s", "-o", "a.exr", "--sampling", "magic"},
         {"render", "s", "-o", "a.exr", "--set", "novalue"},
         {"render", "s", "-o", "a.exr", "--config", "/nonexistent/run.json"},
+        {"render", "s", "-o", "a.exr", "--filter", "mitchell"},
+        {"render", "s", "-o", "a.exr", "--filter", "box:1"},
+        {"render", "s", "-o", "a.exr", "--filter", "tent:"},
+        {"render", "s", "-o", "a.exr", "--filter", "tent:0"},
+        {"render", "s", "-o", "a.exr", "--filter", "tent:33"},
+        {"render", "s", "-o", "a.exr", "--filter", "gaussian:wide"},
+        {"render", "s", "-o", "a.exr", "--filter", "gaussian:nan"},
+        {"render", "s", "-o", "a.exr", "--filter", "gaussian:-1"},
         {"render", "s", "-o", "a.exr", "--save-guide", "a.guide"}, // learns none
         {"gradient", "s", "--param", "p", "-o", "a.exr", "--save-guide", "a.guide", "--train", "0"},
         {"gradient", "s", "--param", "p", "--check", "--train", "2", "--save-guide", "a.guide"}, // no passes that could learn
@@ -219,6 +227,7 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
          "--memory",    "77",
          "--set",       "p=1,2,3",
          "--sampler",   "independent",
+         "--filter",    "gaussian:0.7",
          "--no-nee",    "--pixel-sampling",
          "uniform"},
         {"gradient", "/s.gltf", "-o", "a.exr", "--param", "p", "--param", "q*", "--direction", "self"},

@@ -61,6 +61,35 @@ TEST(ProgramRender, ReportsWhatItDid) {
     EXPECT_EQ(image.height, 24);
 }
 
+// The same scene, its filter in the file or on the command line.
+TEST(ProgramRender, FiltersAreThoseOfMitsubaFiles) {
+    const test::TemporaryFolder folder;
+    const auto scene = [&](const std::string& name, const std::string& filter) {
+        test::writeText(folder / name, "<scene version=\"3.0.0\"><shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"wall\"/><emitter type=\"area\">"
+                                       "<rgb name=\"radiance\" value=\"1 2 3\"/></emitter></shape><sensor type=\"perspective\"><transform name=\"to_world\">"
+                                       "<lookat origin=\"0.4, 0.3, 4\" target=\"0, 0, 0\" up=\"0, 1, 0\"/></transform><film type=\"hdrfilm\">" + filter +
+                                       "</film></sensor></scene>");
+        return folder / name;
+    };
+    const std::string tent = scene("tent.xml", "<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter>"), gaussian = scene("gaussian.xml", ""),
+                      box = scene("box.xml", "<rfilter type=\"box\"/>");
+    const auto bytes = [&](const std::string& command, const std::string& file, const std::string& filter) {
+        std::vector<std::string> arguments = {command, file, "-o", folder / "a.exr", "--spp", "4"};
+        if (!filter.empty())
+            arguments.insert(arguments.end(), {"--filter", filter});
+        if (command == "gradient")
+            arguments.insert(arguments.end(), {"--param", "*.radiance"});
+        run(arguments);
+        return readText(folder / "a.exr");
+    };
+    for (const std::string command : {"render", "gradient"}) {
+        EXPECT_TRUE(sameBytes(bytes(command, box, "tent:1.5"), bytes(command, tent, ""))) << command;
+        EXPECT_TRUE(sameBytes(bytes(command, tent, "gaussian"), bytes(command, gaussian, ""))) << command;
+        EXPECT_TRUE(sameBytes(bytes(command, gaussian, "box"), bytes(command, box, ""))) << command;
+        EXPECT_FALSE(sameBytes(bytes(command, tent, ""), bytes(command, box, ""))) << command;
+    }
+}
+
 TEST(ProgramRender, RunJsonReproducesTheRun) {
     const test::TemporaryFolder folder;
     run({"render", kBox, "-o", folder / "a.exr", "--spp", "2", "--seed", "7", "--camera", "corner", "--set", kPainting + "=0.2,0.3,0.4"});

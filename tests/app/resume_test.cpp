@@ -215,6 +215,7 @@ TEST_F(Resume, RefusesAnotherRunByName) {
         {{"--set", "painting.baseColor=0.1"}, 3, "the start of painting.baseColor"},
         {{"--set", "white.baseColor=0.1"}, 3, "the scene's materials"},
         {{"--camera", "corner"}, 3, "the camera"},
+        {{"--filter", "tent"}, 2, "filter differs: it has none, this one tent:1"},
     };
     for (const Case& c : cases) {
         Arguments more = {"--resume", folder_ / "run"};

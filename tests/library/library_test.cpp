@@ -122,6 +122,19 @@ TEST(LibraryScene, ExportsWhatWasSet) {
         ASSERT_NEAR(value, 0.5f, 0.003f);
 }
 
+TEST(LibraryRenderer, FiltersAsTheProgramDoes) {
+    const Folder folder;
+    ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --filter tent:1.5 -o " + (folder / "tent.exr")));
+    const auto render = [](const SceneOptions& options) { return Renderer(device(), Scene::load(kBox, options)).render({.width = 24, .spp = 4}).values; };
+    const std::vector<float> tent = render({.filter = ReconstructionFilter{ReconstructionFilter::Kind::Tent, 1.5}});
+    EXPECT_EQ(tent, loadImage(folder / "tent.exr").values);
+    EXPECT_NE(tent, render({}));
+    EXPECT_EQ(render({.filter = ReconstructionFilter{}}), render({})) << "glTF has a box";
+    const Error error = errorOf([] { Scene::load(kBox, {.filter = ReconstructionFilter{ReconstructionFilter::Kind::Gaussian, 9}}); });
+    EXPECT_EQ(error.kind, ErrorKind::Usage);
+    EXPECT_EQ(error.options, std::vector<std::string>{"filter"});
+}
+
 TEST(LibraryRenderer, MakesTheImagesOfTheProgram) {
     const Folder folder;
     ASSERT_TRUE(program("render " + kBox + " --width 24 --spp 4 --seed 3 -o " + (folder / "plain.exr")));

@@ -64,6 +64,18 @@ def test_environment_and_variables_beside_the_file(tmp_path):
     assert cmpg.Scene(file, define={"grey": 0.25})["ball.reflectance"].values.ravel()[0] == 0.25
 
 
+def test_filters_are_those_of_the_program(tmp_path):
+    wide = cmpg.Renderer(cmpg.Scene(BOX, filter="gaussian:0.7")).render(width=16, spp=4)
+    program = os.environ.get("CMPG_BINARY")
+    if not program:
+        pytest.skip("CMPG_BINARY does not say where the program is")
+    subprocess.run([program, "--headless", "render", BOX, "--filter", "gaussian:0.7", "--width", "16", "--spp", "4", "-o", tmp_path / "a.exr"], check=True)
+    np.testing.assert_array_equal(wide, cmpg.load_image(tmp_path / "a.exr"))
+    assert (wide != cmpg.Renderer(cmpg.Scene(BOX)).render(width=16, spp=4)).any()
+    with pytest.raises(cmpg.UsageError, match="no filter"):
+        cmpg.Scene(BOX, filter="mitchell")
+
+
 def test_images_show_and_save_themselves(scene, tmp_path):
     picture = scene[PAINTING]._repr_png_()
     assert picture.startswith(b"\x89PNG")

@@ -64,6 +64,8 @@ JOBS = {
     "mitsuba/tent": (16, [("tiles.reflectance", "reverse")]),
     "mitsuba/gaussian": (16, [("tiles.reflectance", "one")]),
     "mitsuba/covers": (64, [("ground.reflectance", "one"), ("veil.reflectance", "one")]),
+    "mitsuba/blends": (64, [("rusty.weight", "one"), ("both.weight", "one"), ("frosted.weight", "one difference 0.2", 4), ("rusty.bsdf_1.reflectance", "one"),
+                            ("rusty.weight", "reverse")]),
 }
 
 # Mitsuba splats a sample on all pixels that its filter reaches, so their errors go together, and a block's error is larger than those of its pixels tell:
@@ -151,6 +153,8 @@ class Gradient:
         self.set(type(self.base)(self.base))
         if result.ndim < 3:  # a constant
             result = result.reshape(1, 1, -1)
+        if ".weight" in self.key:  # a number: Mitsuba's is the luminance of a picture's channels, whose weights have the sum 1
+            result = result.sum(-1, keepdims=True)
         if self.environment:  # Mitsuba's array wraps: a copy of the last column before the first, of the first after the last
             result[:, 1] += result[:, -1]
             result[:, -2] += result[:, 0]

@@ -1,5 +1,6 @@
 // An image and how it differs from that of a second set of values, along the same paths.
 #include "support/derivative_fixture.h"
+#include "support/material_json.h"
 
 #include <cmath>
 
@@ -47,6 +48,29 @@ TEST_P(Difference, IsThatOfImagesAlongTheSamePaths) {
     double off = 0, size = 0;
     for (std::size_t i = 0; i < other.values.size(); ++i) {
         const double expected = double(same.image.values[i]) - other.values[i];
+        off += std::abs(found.difference.values[i] - expected);
+        size += std::abs(expected);
+    }
+    ASSERT_GT(size, 0);
+    EXPECT_LT(off, 1e-4 * size);
+}
+
+// The same choice between the materials of a blend, by the first set of values.
+TEST(Difference, FollowsTheWeightOfABlend) {
+    const auto scene = [] {
+        Scene s = bundledScene("materials");
+        addBlend(s, "varied", "brass", 0.3f);
+        return s;
+    };
+    Bench both(scene(), {"varied.weight"}, withSecondValues(false)), second(scene(), {"varied.weight"}, withSecondValues(true));
+    const View view = viewOf(both.scene, 24, 24);
+    for (const Bench* s : {&both, &second})
+        s->renderer->setSecondValues(s->config.differentiable[0], std::vector<float>{0.4f});
+    const ImageDifference found = both.renderer->renderDifference(view, 16, {7, 0, 1});
+    const Image other = second.renderer->render(view, 16, {7, 0, 1});
+    double off = 0, size = 0;
+    for (std::size_t i = 0; i < other.values.size(); ++i) {
+        const double expected = double(found.image.values[i]) - other.values[i];
         off += std::abs(found.difference.values[i] - expected);
         size += std::abs(expected);
     }

@@ -1,5 +1,6 @@
 // Only what a scene requires: the same bits as with every feature on, and nothing in device memory that nobody reads.
 #include "support/guided_fixture.h"
+#include "support/material_json.h"
 #include "support/scene_builder.h"
 
 #include "render/scene_buffers.h"
@@ -61,6 +62,11 @@ TEST(Features, SameBitsMaterials) { compareWithEverything("materials", {"varied.
 TEST(Features, SameBitsBowl) { compareWithEverything("bowl", {"bowl.roughness", "table.baseColor"}); }
 TEST(Features, SameBitsEnvironment) { compareWithEverything("environment", {"environment.radiance"}); }
 TEST(Features, SameBitsGlass) { compareWithEverything("glass", {"painting.baseColor", "ball.baseColor", "block.specular"}); }
+TEST(Features, SameBitsBlend) {
+    Scene scene = bundledScene("box");
+    addBlend(scene, "left", "right", 0.3f);
+    compareWithEverything(scene, {"left.weight", "painting.baseColor"});
+}
 TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
 
 // Guided in both: with a guide that learned alike, and drawn from it.

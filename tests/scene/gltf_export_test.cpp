@@ -158,6 +158,24 @@ TEST(GltfExport, GlassLoadsBack) {
     EXPECT_EQ(back.materials[1].model, SurfaceModel::Dielectric);
 }
 
+TEST(GltfExport, PartialTransmissionLoadsBack) {
+    Fixture f;
+    const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    const Json pbr = {{"metallicFactor", 0}, {"roughnessFactor", 0.4}};
+    for (const Json& transmission : {Json{{"transmissionFactor", 0.3}}, Json{{"transmissionFactor", 0.5}, {"transmissionTexture", texture}}}) {
+        f.w.json["materials"][1] = {{"name", "plain"}, {"pbrMetallicRoughness", pbr}, {"extensions", {{"KHR_materials_transmission", transmission}}}};
+        Scene s = loadScene(f.w.write(f.folder));
+        ASSERT_NE(s.materials[1].blendWith, kNoMaterial);
+        const std::uint32_t weight = s.parameter("plain.transmission");
+        change(s.parameters[weight]);
+        const TempFolder out;
+        exportScene(s, {weight}, out.path());
+        const Scene back = loadScene(out / "scene.gltf");
+        expectSame(s, back);
+        EXPECT_NE(back.materials[1].blendWith, kNoMaterial);
+    }
+}
+
 TEST(GltfExport, ClearCoatLoadsBack) {
     Fixture f;
     const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];

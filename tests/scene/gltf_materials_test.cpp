@@ -239,20 +239,52 @@ TEST(GltfMaterials, TransmissionMakesPanesAndWithAVolumeBoundaries) {
     EXPECT_TRUE(warned(covered, "not rendered: attenuation in the volume of wall, which alpha"));
 }
 
-TEST(GltfMaterials, TransmissionOfMetalsAndOfPartsIsToldOf) {
+TEST(GltfMaterials, TransmissionInPartBlendsWithGlass) {
     Fixture f;
-    f.material["pbrMetallicRoughness"] = {{"roughnessFactor", 0}};
+    f.material["pbrMetallicRoughness"] = {{"roughnessFactor", 0.4}};
     f.material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
     const Scene metal = f.load(); // metallicFactor is 1
     EXPECT_EQ(metal.materials[0].model, SurfaceModel::MetallicRoughness);
-    EXPECT_FALSE(warned(metal, "lets through"));
+    EXPECT_EQ(metal.materials[0].blendWith, kNoMaterial);
+
     f.material["pbrMetallicRoughness"]["metallicFactor"] = 0;
-    f.material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.3;
+    f.material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 0.25;
+    f.material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.5, 0.5, 0.5}}};
     const Scene part = f.load();
-    EXPECT_EQ(part.materials[0].model, SurfaceModel::MetallicRoughness);
-    EXPECT_TRUE(warned(part, "wall: lets through a part of the light and scatters the rest; it is rendered opaque"));
+    const Material& first = part.materials[0];
+    EXPECT_EQ(first.model, SurfaceModel::MetallicRoughness);
+    ASSERT_NE(first.blendWith, kNoMaterial);
+    const Material& glass = part.materials.at(first.blendWith);
+    EXPECT_EQ(glass.model, SurfaceModel::Dielectric);
+    EXPECT_FALSE(isSmooth(glass));
+    EXPECT_FALSE(glass.roughnessIsAlpha);
+    EXPECT_GT(glass.absorption.x, 0);
+    EXPECT_EQ(glass.parameters, first.parameters) << "they share all slots";
+    expectValues(valuesOf(part, "wall.transmission"), {0.25f});
+    EXPECT_FALSE(warned(part, "lets light through"));
+    f.material["extensions"].erase("KHR_materials_volume");
+    const Scene pane = f.load();
+    EXPECT_EQ(pane.materials.at(pane.materials[0].blendWith).model, SurfaceModel::ThinDielectric);
     f.material["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = 2;
     EXPECT_THROW(f.load(), Error);
+}
+
+TEST(GltfMaterials, TransmissionTexturesAndMetalMakeTheWeight) {
+    Fixture f;
+    const std::size_t t = f.png("clear.png", 2, 1, 3, {255, 9, 9, 51, 9, 9}), m = f.png("metal.png", 2, 1, 3, {0, 0, 0, 0, 0, 255});
+    f.material["pbrMetallicRoughness"] = {{"roughnessFactor", 0}, {"metallicFactor", 0}};
+    f.material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 0.5}, {"transmissionTexture", {{"index", t}}}}}};
+    expectValues(valuesOf(f.load(), "wall.transmission"), {0.5f, 0.1f}); // red
+    f.material["pbrMetallicRoughness"] = {{"metallicRoughnessTexture", {{"index", m}}}};
+    expectValues(valuesOf(f.load(), "wall.transmission"), {0.5f, 0});
+    f.material["extensions"]["KHR_materials_transmission"].erase("transmissionTexture");
+    const Scene s = f.load();
+    expectValues(valuesOf(s, "wall.transmission"), {0.5f, 0});
+    EXPECT_FALSE(warned(s, "metal in part"));
+    f.material["pbrMetallicRoughness"] = {{"metallicFactor", 0.5}};
+    const Scene mixed = f.load();
+    expectValues(valuesOf(mixed, "wall.transmission"), {0.25f});
+    EXPECT_TRUE(warned(mixed, "metal in part"));
 }
 
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {

@@ -146,6 +146,45 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+TEST(Mitsuba, BlendsHaveTwoMaterials) {
+    const TempFolder folder;
+    const std::string parts = "<ref id=\"wall\"/><bsdf type=\"roughconductor\" id=\"metal\"/>", weight = "<float name=\"weight\" value=\"0.3\"/>";
+    const auto shape = [](const std::string& bsdf, const std::string& emitter = "") { return "<shape type=\"disk\" id=\"lamp\">" + bsdf + emitter + "</shape>"; };
+    const auto blend = [](const std::string& contents) { return "<bsdf type=\"blendbsdf\" id=\"mix\">" + contents + "</bsdf>"; };
+    const Scene s = loadText(folder, kSquare + shape(blend(weight + parts), "<emitter type=\"area\"/>"));
+    for (const char* name : {"mix.weight.value", "mix.brdf_0.weight.value"})
+        EXPECT_EQ(s.parameter(name), s.parameter("mix.weight")) << name;
+    EXPECT_EQ(find(s, "mix.weight").values, std::vector<float>{0.3f});
+    EXPECT_EQ(s.parameter("mix.bsdf_0.brdf_0.reflectance.value"), s.parameter("wall.reflectance")) << "a material is shared";
+    for (const char* name : {"mix.bsdf_1.alpha.value", "mix.brdf_0.bsdf_1.alpha"})
+        EXPECT_EQ(s.parameter(name), s.parameter("metal.alpha")) << name;
+    const Material& first = s.materials[s.geometry.triangles.back().material];
+    ASSERT_NE(first.blendWith, kNoMaterial);
+    const Material& second = s.materials[first.blendWith];
+    EXPECT_EQ(first.model, SurfaceModel::MetallicRoughness);
+    EXPECT_EQ(second.model, SurfaceModel::Conductor);
+    EXPECT_FALSE(first.oneSided);
+    EXPECT_TRUE(second.oneSided);
+    for (const SlotKind kind : {SlotKind::Weight, SlotKind::Emission})
+        EXPECT_EQ(first.parameters[std::size_t(kind)], second.parameters[std::size_t(kind)]);
+    EXPECT_EQ(s.parameters[first.parameters[std::size_t(SlotKind::Emission)]].name, "lamp.emitter.radiance");
+    const Scene both = loadText(folder, kSquare + shape("<bsdf type=\"twosided\">" + blend(weight + parts) + "</bsdf>"));
+    EXPECT_FALSE(both.materials[both.materials[both.geometry.triangles.back().material].blendWith].oneSided);
+
+    // It is written back.
+    Scene changed = s;
+    changed.parameters[s.parameter("mix.weight")].values = {0.75f};
+    exportScene(changed, {s.parameter("mix.weight")}, folder / "out");
+    EXPECT_EQ(find(loadScene(folder / "out/scene.xml"), "mix.weight").values, std::vector<float>{0.75f});
+
+    expectRefused(folder, kSquare + shape(blend(parts)), "no weight");
+    expectRefused(folder, shape(blend(weight + "<bsdf type=\"diffuse\"/>")), "give it two");
+    expectRefused(folder, shape(blend(weight + "<bsdf type=\"diffuse\"/><bsdf type=\"null\"/>")), "use a mask");
+    expectRefused(folder, shape(blend(weight + "<bsdf type=\"diffuse\"/><bsdf type=\"mask\"><bsdf type=\"diffuse\"/></bsdf>")), "put the mask around");
+    expectRefused(folder, shape(blend(weight + "<bsdf type=\"diffuse\"/><bsdf type=\"blendbsdf\"/>")), "blend two materials");
+    expectRefused(folder, shape(blend(weight + "<bsdf type=\"diffuse\"/><ref id=\"mix\"/>")), ""); // itself
+}
+
 TEST(Mitsuba, ReconstructionFilters) {
     const TempFolder folder;
     const auto filter = [&](const std::string& film) {

@@ -1,8 +1,10 @@
 // What all formats of scene files have in common: how a format is found, and the environment that is given beside the file.
 #include "gltf_writer.h"
 #include "scene/image.h"
+#include "scene/pixel_filter.h"
 #include "test_images.h"
 
+#include <fstream>
 #include <numbers>
 
 namespace cmpg::test {
@@ -41,6 +43,33 @@ TEST(SceneFile, EnvironmentIsAdded) {
     EXPECT_EQ(again.environment->rotation, 0.25f);
     EXPECT_EQ(find(again, "environment.radiance").values, find(s, "environment.radiance").values);
     EXPECT_EQ(again.geometry.triangles.size(), 1u);
+}
+
+TEST(SceneFile, FilterIsThatOfAllCameras) {
+    const TempFolder folder;
+    LoadOptions options;
+    options.filter = gaussianFilter(0.7);
+    const fs::path xml = folder / "scene.xml";
+    std::ofstream(xml) << "<scene version=\"3.0.0\"><shape type=\"rectangle\"/><sensor type=\"perspective\"/><sensor type=\"orthographic\"><film "
+                          "type=\"hdrfilm\"><rfilter type=\"mitchell\"/></film></sensor></scene>";
+    EXPECT_TRUE(warned(loadScene(xml), "mitchell"));
+    for (const Scene& s : {loadScene(oneTriangle().write(folder), options), loadScene(xml, options)}) {
+        for (const Camera& camera : s.cameras)
+            EXPECT_EQ(nameOf(camera.filter), "gaussian:0.7") << camera.name;
+        EXPECT_FALSE(warned(s, "mitchell"));
+    }
+}
+
+TEST(SceneFile, FiltersHaveNames) {
+    using v1::ReconstructionFilter;
+    const auto name = [](const std::string& text) { return nameOf(pixelFilter(ReconstructionFilter::parse(text))); };
+    for (const char* text : {"box", "tent:1.5", "gaussian:0.25"})
+        EXPECT_EQ(name(text), text);
+    EXPECT_EQ(name("tent"), "tent:1");
+    EXPECT_EQ(name("gaussian"), "gaussian:0.5");
+    EXPECT_EQ(pixelFilter(ReconstructionFilter::parse("gaussian:0.7")).radius, 2.8f) << "four deviations";
+    EXPECT_THROW(pixelFilter({.kind = ReconstructionFilter::Kind::Box, .width = 1}), Error);
+    EXPECT_THROW(pixelFilter({.kind = ReconstructionFilter::Kind::Tent, .width = -1}), Error);
 }
 
 TEST(SceneFile, EnvironmentReplacesTheScenesOwn) {

@@ -30,6 +30,29 @@ inline void addClearCoat(Scene& scene, Material& m, float factor, float roughnes
     }
 }
 
+// Makes of the material of this name a blend with another, which keeps its own slots.
+inline Parameter& addBlend(Scene& scene, const std::string& name, const std::string& with, float weight) {
+    const auto index = [&](const std::string& wanted) {
+        for (std::uint32_t m = 0; m < scene.materials.size(); ++m)
+            if (scene.materials[m].name == wanted)
+                return m;
+        throw std::logic_error("no material " + wanted);
+    };
+    const std::uint32_t first = index(name);
+    Material second = scene.materials[index(with)];
+    second.name = name + ".second";
+    second.parameters[std::size_t(SlotKind::Emission)] = scene.materials[first].parameters[std::size_t(SlotKind::Emission)];
+    scene.materials[first].blendWith = std::uint32_t(scene.materials.size());
+    second.parameters[std::size_t(SlotKind::Weight)] = scene.materials[first].parameters[std::size_t(SlotKind::Weight)] = std::uint32_t(scene.parameters.size());
+    scene.materials.push_back(second);
+    Parameter p;
+    p.name = name + "." + slotName(SlotKind::Weight);
+    p.kind = SlotKind::Weight;
+    p.channels = 1;
+    p.values = {weight};
+    return scene.parameters.emplace_back(p);
+}
+
 // A texture of the base colour stays.
 inline void replaceMaterial(Scene& scene, const std::string& name, const nlohmann::json& json) {
     for (Material& m : scene.materials) {

@@ -20,7 +20,7 @@ inline Device& device() {
     return d;
 }
 
-inline Scene bundledScene(const std::string& name) { return loadScene(std::string(CMPG_SOURCE_DIR) + "/scenes/" + name + "/scene.gltf"); }
+inline Scene bundledScene(const std::string& name) { return loadScene(std::filesystem::path(CMPG_SOURCE_DIR "/scenes") / name / "scene.gltf"); }
 
 inline View viewOf(const Scene& scene, int width, int height) { return View{&scene.cameras.front(), width, height}; }
 

@@ -84,7 +84,7 @@ void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, co
             slots[materialOf(scene, index)].insert(p.kind);
     }
     if (!slots.empty() && slots.rbegin()->first == source.root()["materials"].size())
-        addDefaultMaterial(root, scene.materials.back().name);
+        addDefaultMaterial(root, scene.materials[slots.rbegin()->first].name);
     for (const auto& [material, kinds] : slots) exportMaterial(root, source, scene, material, kinds, out);
     if (environmentChanged) {
         exportEnvironment(root, scene, out);

@@ -25,6 +25,7 @@ class MaterialExporter {
     void emission();
     void normal();
     void lobe(const GltfLobeSlot& slot);
+    void transmission();
 
   private:
     Parameter values(SlotKind kind) const {
@@ -173,6 +174,15 @@ void MaterialExporter::lobe(const GltfLobeSlot& slot) {
     setTexture(json, slot.texture, p.name, p, pixels, 3);
 }
 
+// By the texture coordinates of the metallic values, if it was these that made a texture of it.
+void MaterialExporter::transmission() {
+    const GltfLobeSlot slot{SlotKind::Weight, "KHR_materials_transmission", "transmissionFactor", "transmissionTexture", 0, 0};
+    Json& json = extension(slot.extension);
+    if (values(SlotKind::Weight).textured && !json.contains(slot.texture))
+        json[slot.texture] = json_["pbrMetallicRoughness"]["metallicRoughnessTexture"];
+    lobe(slot);
+}
+
 } // namespace
 
 void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, const std::set<SlotKind>& changed,
@@ -183,6 +193,7 @@ void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, 
     if (changed.contains(SlotKind::Specular)) exporter.specular();
     if (changed.contains(SlotKind::Emission)) exporter.emission();
     if (changed.contains(SlotKind::Normal)) exporter.normal();
+    if (changed.contains(SlotKind::Weight)) exporter.transmission();
     for (const GltfLobeSlot& slot : kGltfLobeSlots)
         if (changed.contains(slot.kind)) exporter.lobe(slot);
 }

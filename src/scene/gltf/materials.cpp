@@ -13,16 +13,21 @@ class MaterialLoader {
   public:
     explicit MaterialLoader(GltfLoad& load) : load_(load), images_(load) {}
     void add(const tinygltf::Material& source, std::uint32_t index);
+    void addGlass(); // after all others, whose numbers are the file's
 
   private:
     void fill(Parameter& parameter, const TextureInfo& info, const SlotTexels& texels);
+    bool blendsGlass(const tinygltf::Material& source) const;
     SurfaceModel modelOf(const tinygltf::Material& source, const std::string& name);
-    void addVolume(const tinygltf::Material& source, Material& material);
+    void makeGlass(Material& material);
+    void addVolume(const tinygltf::Material& source, Material& material, bool cut);
+    void addTransmission(const tinygltf::Material& source, Material& material);
     void addLobes(const tinygltf::Material& source, Material& material);
 
     GltfLoad& load_;
     ImageCache images_;
     UniqueNames names_;
+    std::vector<std::pair<std::uint32_t, Material>> glass_; // second materials of blends, by the first
 };
 
 void MaterialLoader::fill(Parameter& p, const TextureInfo& info, const SlotTexels& texels) {
@@ -33,29 +38,93 @@ void MaterialLoader::fill(Parameter& p, const TextureInfo& info, const SlotTexel
     load_.fillTexels(p, images_.get(use->image), *use, codes);
 }
 
+bool reflectsAll(const tinygltf::Material& source) { return real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f) == 0; }
+
+float transmissionFactor(const tinygltf::Material& source) {
+    return real(member(extension(source.extensions, "KHR_materials_transmission"), "transmissionFactor"), 0);
+}
+
+// It lets through a part of the light, or in some places, and scatters the rest.
+bool MaterialLoader::blendsGlass(const tinygltf::Material& source) const {
+    const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+    const float transmitted = transmissionFactor(source);
+    if (!(transmitted > 0) || reflectsAll(source)) return false;
+    const bool mayBeMetal = pbr.metallicFactor > 0;
+    if (pbr.metallicFactor >= 1 && pbr.metallicRoughnessTexture.index < 0) return false;
+    return transmitted < 1 || mayBeMetal || extension(source.extensions, "KHR_materials_transmission").Has("transmissionTexture");
+}
+
 // KHR_materials_transmission makes a boundary with KHR_materials_volume, and a thin pane without.
 SurfaceModel MaterialLoader::modelOf(const tinygltf::Material& source, const std::string& name) {
-    const tinygltf::Value& transmission = extension(source.extensions, "KHR_materials_transmission");
     const tinygltf::Value& volume = extension(source.extensions, "KHR_materials_volume");
-    const float transmitted = real(member(transmission, "transmissionFactor"), 0);
-    if (transmission.Has("transmissionTexture")) load_.ignored.insert("transmissionTexture of " + name);
-    if (!(transmitted > 0)) return SurfaceModel::MetallicRoughness;
-    const float ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);
-    const bool opaque = transmitted < 0.5f || source.pbrMetallicRoughness.metallicFactor >= 0.5 || ior == 0;
-    const bool partly = transmitted < 1 || (source.pbrMetallicRoughness.metallicFactor > 0 && source.pbrMetallicRoughness.metallicFactor < 1);
-    if (partly) load_.warn(name + ": lets through a part of the light and scatters the rest; it is rendered " + (opaque ? "opaque" : "clear"));
-    if (opaque) return SurfaceModel::MetallicRoughness;
+    if (!(transmissionFactor(source) > 0) || reflectsAll(source)) return SurfaceModel::MetallicRoughness;
+    if (!blendsGlass(source) && source.pbrMetallicRoughness.metallicFactor > 0) return SurfaceModel::MetallicRoughness; // metals are opaque
     if (volume.Has("thicknessTexture")) load_.ignored.insert("thicknessTexture of " + name);
     return real(member(volume, "thicknessFactor"), 0) > 0 ? SurfaceModel::Dielectric : SurfaceModel::ThinDielectric;
 }
 
+// What a dielectric has beside its slots.
+void MaterialLoader::makeGlass(Material& material) {
+    const Parameter& rough = load_.scene.parameters[material.parameters[std::size_t(SlotKind::Roughness)]];
+    material.roughnessIsAlpha = false;
+    material.smooth = material.model == SurfaceModel::ThinDielectric || (!rough.textured && rough.values[0] < 0.03f); // alpha below 0.001
+    if (material.model == SurfaceModel::ThinDielectric && (rough.textured || rough.values[0] >= 0.03f))
+        load_.warn(material.name + ": a rough pane without KHR_materials_volume is rendered smooth");
+}
+
+// The material becomes a blend with glass, by the share of light that it lets through; metals let through none.
+void MaterialLoader::addTransmission(const tinygltf::Material& source, Material& material) {
+    const tinygltf::Value& transmission = extension(source.extensions, "KHR_materials_transmission");
+    const float factor = transmissionFactor(source);
+    Parameter metallic = load_.scene.parameters[material.parameters[std::size_t(SlotKind::Metallic)]];
+    metallic.materialise();
+    Parameter& weight = load_.addSlot(material, SlotKind::Weight, 1, glm::vec3(factor), "transmission");
+    fill(weight, member(transmission, "transmissionTexture"), {.channels = {0}, .scale = glm::vec3(factor)});
+    weight.materialise();
+    if (!weight.textured && metallic.textured) {
+        const std::string name = weight.name;
+        weight = metallic;
+        weight.name = name;
+        weight.kind = SlotKind::Weight;
+        weight.values.assign(metallic.values.size(), factor);
+    }
+    const bool alike = !metallic.textured || (metallic.width == weight.width && metallic.height == weight.height && metallic.uvTransform == weight.uvTransform &&
+                                              metallic.texcoord == weight.texcoord);
+    for (std::size_t i = 0; alike && i < weight.values.size(); ++i)
+        weight.values[i] *= 1 - metallic.values[metallic.textured ? i : 0];
+    const bool metal = std::any_of(metallic.values.begin(), metallic.values.end(), [](float m) { return m > 0; });
+    if (metal && (!alike || !metallic.textured))
+        load_.warn(material.name + ": is metal in part and lets light through in part; " + (alike ? "what it scatters is rendered with as much metal as all of it" : "its metal lets light through as well"));
+    if (material.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter)
+        load_.warn(material.name + ": its clear coat covers what scatters light alone, not what lets it through");
+    if (material.specularColor != glm::vec3(1))
+        load_.ignored.insert("specularColorFactor of " + material.name + " where it lets light through");
+    Material glass = material;
+    glass.name = material.name + ".glass";
+    glass.model = modelOf(source, material.name);
+    for (const SlotKind kind : {SlotKind::Clearcoat, SlotKind::ClearcoatRoughness})
+        glass.parameters[std::size_t(kind)] = kNoParameter;
+    glass.alphaMask = glass.coverage = false;
+    glass.alphaTexture = ~0u;
+    makeGlass(glass);
+    addVolume(source, glass, material.alphaMask);
+    glass_.emplace_back(std::uint32_t(load_.scene.materials.size()), std::move(glass));
+}
+
+void MaterialLoader::addGlass() {
+    for (auto& [first, glass] : glass_) {
+        load_.scene.materials[first].blendWith = std::uint32_t(load_.scene.materials.size());
+        load_.scene.materials.push_back(std::move(glass));
+    }
+}
+
 // Of the color, per attenuationDistance: what is left of white light.
-void MaterialLoader::addVolume(const tinygltf::Material& source, Material& material) {
+void MaterialLoader::addVolume(const tinygltf::Material& source, Material& material, bool cut) {
     const tinygltf::Value& volume = extension(source.extensions, "KHR_materials_volume");
     const float distance = real(member(volume, "attenuationDistance"), 0);
     if (!(distance > 0) || material.model != SurfaceModel::Dielectric)
         return;
-    if (material.alphaMask) {
+    if (cut) {
         load_.ignored.insert("attenuation in the volume of " + material.name + ", which alpha cuts or covers in part");
         return;
     }
@@ -99,18 +168,16 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
          {.channels = {2}, .scale = glm::vec3(metallic)});
     const float specularFactor = real(member(specular, "specularFactor"), 1);
     material.specularColor = glm::max(vec(member(specular, "specularColorFactor"), glm::vec3(1)), 0.0f);
-    material.model = modelOf(source, material.name);
+    const bool blend = blendsGlass(source);
+    if (!blend)
+        material.model = modelOf(source, material.name);
     if (material.model == SurfaceModel::MetallicRoughness) {
         fill(load_.addSlot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), member(specular, "specularTexture"),
              {.channels = {3}, .scale = glm::vec3(specularFactor)});
     } else {
         load_.addSlot(material, SlotKind::Specular, 3, specularFactor * material.specularColor);
         if (specular.Has("specularTexture")) load_.ignored.insert("specularTexture of " + material.name);
-        const Parameter& rough = load_.scene.parameters[material.parameters[std::size_t(SlotKind::Roughness)]];
-        material.roughnessIsAlpha = false;
-        material.smooth = material.model == SurfaceModel::ThinDielectric || (!rough.textured && rough.values[0] < 0.03f); // alpha below 0.001
-        if (material.model == SurfaceModel::ThinDielectric && (rough.textured || rough.values[0] >= 0.03f))
-            load_.warn(material.name + ": a rough pane without KHR_materials_volume is rendered smooth");
+        makeGlass(material);
     }
     const float strength = real(member(extension(source.extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
     const glm::vec3 emission = glm::max(vec(source.emissiveFactor, glm::vec3(0)), 0.0f) * strength;
@@ -145,7 +212,9 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
         material.alphaFactor = baseColor.a;
         if (const auto use = readTextureUse(load_, pbr.baseColorTexture)) load_.addAlphaTexture(material, images_.get(use->image), *use);
     }
-    addVolume(source, material);
+    addVolume(source, material, material.alphaMask);
+    if (blend)
+        addTransmission(source, material);
     load_.scene.materials.push_back(std::move(material));
 }
 
@@ -157,6 +226,7 @@ void loadMaterials(GltfLoad& load) {
     MaterialLoader loader(load);
     for (std::uint32_t i = 0; i < materials.size(); ++i) loader.add(materials[i], i);
     if (usesDefaultMaterial(load)) loader.add({}, defaultMaterial(load));
+    loader.addGlass();
 }
 
 } // namespace cmpg

@@ -1,5 +1,6 @@
 // Sensors, lights and the environment of a Mitsuba scene.
 #include "scene/mitsuba/load.h"
+#include "scene/pixel_filter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,21 +16,18 @@ constexpr double kLeast = 1e-4; // of angles, from nothing and from half a turn
 struct Film {
     double width = 768, height = 576; // of all of it
     glm::dvec2 cropSize{768, 576}, cropOffset{0};
-    PixelFilter filter = gaussian(0.5); // Mitsuba's default
-
-    static PixelFilter gaussian(double deviation) { return {PixelFilter::Kind::Gaussian, float(4 * deviation), float(deviation)}; }
+    PixelFilter filter = gaussianFilter();
 };
 
 // Those without negative weights.
 PixelFilter readFilter(MitsubaLoad& load, const MitsubaObject& filter) {
-    constexpr double kWidest = 32; // pixels
     const std::string& type = filter.type();
     PixelFilter out;
     if (type == "tent")
-        out = {PixelFilter::Kind::Tent, float(filter.real("radius", 1, 0.01, kWidest))};
+        out = tentFilter(filter.real("radius", kTentRadius, kNarrowestFilter, kWidestTent));
     else if (type == "gaussian")
-        out = Film::gaussian(filter.real("stddev", 0.5, 0.01, kWidest / 4));
-    else if (type != "box")
+        out = gaussianFilter(filter.real("stddev", kGaussianDeviation, kNarrowestFilter, kWidestGaussian));
+    else if (type != "box" && !load.options.filter)
         load.warn("pixels are averaged over their square, in place of Mitsuba's " + type.substr(0, 32) + " filter");
     load.noteUnread(filter);
     return out;

@@ -42,9 +42,13 @@ MitsubaTexture scalarTexture(MitsubaTexture texture);
 class MitsubaMaterials {
   public:
     explicit MitsubaMaterials(MitsubaLoad& load) : load_(load) {}
-    std::optional<std::uint32_t> of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape);
+    std::optional<std::uint32_t> of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape) { return of(bsdf, emitter, shape, false); }
 
   private:
+    // `named`: `shape` is the name of a material without an id.
+    std::optional<std::uint32_t> of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape, bool named);
+    Material part(const MitsubaObject& bsdf, const MitsubaObject& blend, const std::string& name);
+
     MitsubaLoad& load_;
     std::map<std::pair<const MitsubaElement*, const MitsubaElement*>, std::optional<std::uint32_t>> made_;
 };

@@ -7,7 +7,7 @@
 namespace cmpg {
 namespace {
 
-constexpr const char* kSupported = "diffuse, dielectric, roughdielectric, thindielectric, conductor, roughconductor, plastic, roughplastic, principled, twosided or mask";
+constexpr const char* kSupported = "diffuse, dielectric, roughdielectric, thindielectric, conductor, roughconductor, plastic, roughplastic, principled, blendbsdf, twosided or mask";
 
 // What stands around a BSDF: adapters that are no lobe themselves.
 struct Wrapped {
@@ -61,6 +61,7 @@ class MaterialMaker {
     MaterialMaker(MitsubaLoad& load, Material& material) : load_(load), material_(material) {}
 
     void leaf(const MitsubaObject& bsdf);
+    void blend(const MitsubaObject& bsdf, const Material& first, const Material& second);
     void mask(const MitsubaObject& mask);
     // A slot that has no property in Mitsuba, or keeps its default.
     void constant(SlotKind kind, std::uint32_t channels, glm::vec3 value, const char* property = "") {
@@ -212,6 +213,22 @@ void MaterialMaker::leaf(const MitsubaObject& bsdf) {
     load_.noteUnread(bsdf);
 }
 
+// The first of a blend's materials becomes the blend, the second a material that it names; their parameters are those of the two.
+void MaterialMaker::blend(const MitsubaObject& bsdf, const Material& first, const Material& second) {
+    const std::string name = material_.name;
+    material_ = first;
+    material_.name = name;
+    if (!bsdf.find("weight"))
+        bsdf.fail("the blend has no weight", "", "give it as <float> or <texture>: the share of its second material");
+    slot(SlotKind::Weight, 1, bsdf, "weight", glm::vec3(0.5f));
+    Material& other = load_.scene.materials.emplace_back(second);
+    other.name = name + ".second";
+    for (const SlotKind kind : {SlotKind::Weight, SlotKind::Emission})
+        other.parameters[std::size_t(kind)] = material_.parameters[std::size_t(kind)];
+    material_.blendWith = std::uint32_t(load_.scene.materials.size() - 1);
+    load_.noteUnread(bsdf);
+}
+
 void MaterialMaker::mask(const MitsubaObject& mask) {
     constexpr float kHalf = 0.5f;
     const MitsubaElement* e = mask.find("opacity");
@@ -237,7 +254,32 @@ void MaterialMaker::mask(const MitsubaObject& mask) {
 
 } // namespace
 
-std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape) {
+// One of the two materials of a blend, without an id called `name`.
+Material MitsubaMaterials::part(const MitsubaObject& bsdf, const MitsubaObject& blend, const std::string& name) {
+    const Wrapped inner = unwrap(load_, bsdf);
+    if (inner.bsdf.type() == "null")
+        blend.fail("a null material within a blend is not supported", "", "use a mask around the other one");
+    if (inner.mask)
+        blend.fail("a mask within a blend is not supported", "", "put the mask around the blend");
+    if (inner.bsdf.type() == "blendbsdf")
+        blend.fail("a blend within a blend is not supported", "", "blend two materials");
+    const Material material = load_.scene.materials[*of(&bsdf, nullptr, name, true)];
+    // Mitsuba calls them by their place, whatever their ids.
+    for (const std::uint32_t p : material.parameters) {
+        if (p == kNoParameter)
+            continue;
+        const std::string parameter = load_.scene.parameters[p].name, property = parameter.substr(parameter.rfind('.'));
+        const std::size_t dot = name.rfind('.');
+        for (const std::string& outer : {name, name.substr(0, dot) + ".brdf_0" + name.substr(dot)})
+            for (const char* within : {"", ".brdf_0"})
+                for (const char* ending : {"", ".value", ".data"})
+                    if (const std::string alias = outer + within + property + ending; alias != parameter)
+                        load_.scene.aliases.try_emplace(alias, p);
+    }
+    return material;
+}
+
+std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, const MitsubaObject* emitter, const std::string& shape, bool named) {
     const std::pair key(bsdf ? &bsdf->element() : nullptr, emitter ? &emitter->element() : nullptr);
     if (const auto found = made_.find(key); found != made_.end())
         return found->second;
@@ -259,8 +301,16 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
         material = load_.scene.materials[*like];
         material.name = uniqueName(material.name + " of " + shape, load_.materialNames);
     } else {
-        material.name = uniqueName(!wrapped ? shape : !wrapped->id.empty() ? wrapped->id : shape + ".bsdf", load_.materialNames);
-        if (wrapped && wrapped->bsdf.type() != "null") {
+        material.name = uniqueName(!wrapped ? shape : !wrapped->id.empty() ? wrapped->id : named ? shape : shape + ".bsdf", load_.materialNames);
+        if (wrapped && wrapped->bsdf.type() == "blendbsdf") {
+            const std::vector<MitsubaObject> parts = wrapped->bsdf.objects("bsdf");
+            if (parts.size() != 2)
+                wrapped->bsdf.fail("the blend has " + std::to_string(parts.size()) + " materials", "", "give it two");
+            const Material first = part(parts[0], wrapped->bsdf, material.name + ".bsdf_0"), second = part(parts[1], wrapped->bsdf, material.name + ".bsdf_1");
+            maker.blend(wrapped->bsdf, first, second);
+            if (wrapped->twosided)
+                material.oneSided = load_.scene.materials[material.blendWith].oneSided = false;
+        } else if (wrapped && wrapped->bsdf.type() != "null") {
             maker.leaf(wrapped->bsdf);
             const bool closed = material.model == SurfaceModel::Dielectric || material.model == SurfaceModel::ThinDielectric;
             material.oneSided = !wrapped->twosided && !closed;
@@ -273,6 +323,13 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
             maker.constant(SlotKind::Specular, 1, glm::vec3(0));
         }
     }
+    const bool blend = material.blendWith != kNoMaterial;
+    if (emitter && blend) { // each emits the same
+        Material second = load_.scene.materials[material.blendWith];
+        second.name = material.name + ".second";
+        material.blendWith = std::uint32_t(load_.scene.materials.size());
+        load_.scene.materials.push_back(second);
+    }
     if (emitter) {
         const std::string own = material.name;
         material.name = emitter->id().empty() ? shape : emitter->id();
@@ -280,10 +337,12 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
         material.name = own;
         emitter->ignore({"sampling_weight"});
         load_.noteUnread(*emitter);
-    } else {
+        if (blend)
+            load_.scene.materials[material.blendWith].parameters[std::size_t(SlotKind::Emission)] = material.parameters[std::size_t(SlotKind::Emission)];
+    } else if (!blend) {
         maker.constant(SlotKind::Emission, 3, glm::vec3(0));
     }
-    if (!like)
+    if (!like && !blend)
         maker.constant(SlotKind::Normal, 3, glm::vec3(0, 0, 1));
     if (wrapped && wrapped->mask && !like)
         maker.mask(*wrapped->mask);
