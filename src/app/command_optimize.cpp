@@ -220,7 +220,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         while (!stopped && run.steps() < end) {
             const v1::RecoveryStep step = run.step();
             const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);
-            const StepAgreement agreed = agreeAfterStep(step.loss, options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
+            const StepAgreement agreed = agreeAfterStep(options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
             if (agreed.timeUp)
                 end = step.step + 1;
             stopped = agreed.stop;
