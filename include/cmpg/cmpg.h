@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmpg/check.h>
+#include <cmpg/communicator.h>
 #include <cmpg/device.h>
 #include <cmpg/error.h>
 #include <cmpg/filter.h>

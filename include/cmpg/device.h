@@ -1,6 +1,7 @@
 // A Vulkan device.
 #pragma once
 
+#include <cmpg/communicator.h>
 #include <cmpg/error.h>
 #include <cmpg/namespace.h>
 
@@ -29,6 +30,13 @@ class Device {
     // `select`: an index into list(), or a part of a name in any case; empty: the best. Error(Device) where none is usable or meant, or it
     // computes wrong results.
     explicit Device(const std::string& select = {});
+
+    // Passes on this device are shared among ranks, each of which has made such a device, makes the same renderers and recoveries on it and asks for the
+    // same passes in the same order: all get the same results, which are the bits of one rank alone. The first alone writes checkpoints and guides.
+    // `select` may be empty on machines with several graphics processors: ranks take one each. On a CPU device they share the processors, unless
+    // LP_NUM_THREADS says otherwise. Error(Device) on all where the ranks' devices or drivers differ. A pass throws Error(Usage) on all where they were
+    // given different scenes, values, targets or options, or a time budget; where one fails alone, others are told by Communicator::passFailed().
+    Device(const std::string& select, std::shared_ptr<Communicator> communicator);
 
     const DeviceInfo& info() const;
     // Bytes of device memory that is allocated now, and the most that ever were.

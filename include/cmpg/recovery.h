@@ -110,7 +110,8 @@ class Recovery {
     // Puts the current values into a scene: that it was made of, or a copy of it.
     void apply(Scene& scene) const;
 
-    // Writes all that resume() needs to `folder`, and keeps the one before. `note`: a text of the caller's, kept with it. Returns the number of bytes.
+    // Writes all that resume() needs to `folder`, and keeps the one before. `note`: a text of the caller's, kept with it. Returns the number of bytes. Of
+    // several ranks the first writes it, and the others return 0.
     // Error(Output) where that fails.
     std::uint64_t save(const std::filesystem::path& folder, const std::string& note = {}) const;
     // Continues from the last one that can be read, to what the saved recovery would have found, bit for bit on the same device. False where

@@ -28,13 +28,22 @@ class Device:
 
     Args:
         select: an index into devices(), or a part of a name; "" takes the best.
+        communicator: of mpi4py, such as MPI.COMM_WORLD. Its ranks share the passes on the device: each makes one, makes the same renderers and recoveries
+            on it and asks for the same passes in the same order, and all get the same results: the bits of one process alone. Recovery.save() and
+            save_guide() write on the first rank alone. "" takes another graphics processor for each rank of a machine that has several. The device keeps
+            a duplicate of the communicator until the process ends.
 
     Raises:
-        DeviceError: none is usable or meant, or it computes wrong results.
+        DeviceError: none is usable or meant, or it computes wrong results; ranks have different devices or drivers, or were started by another MPI than mpi4py's.
+        UsageError: the communicator is none, was freed, or connects two groups.
     """
 
-    def __init__(self, select: str | int = "") -> None:
-        self._handle = _cmpg.Device(str(select))
+    def __init__(self, select: str | int = "", *, communicator: Any = None) -> None:
+        if communicator is not None:
+            from ._mpi import Ranks
+
+            communicator = Ranks(communicator)
+        self._handle = _cmpg.Device(str(select), communicator)
 
     @property
     def info(self) -> DeviceInfo:

@@ -1,5 +1,6 @@
 // Pictures, devices and scenes of the module.
 #include "handles.h"
+#include "ranks.h"
 
 void bindScene(nb::module_& m) {
     m.def("encode_png", [](const Floats& image, float exposure) {
@@ -24,9 +25,10 @@ void bindScene(nb::module_& m) {
     m.def("devices", [] { return released([] { return cmpg::Device::list(); }); });
 
     nb::class_<Device>(m, "Device")
-        .def("__init__", [](Device* self, const std::string& select) {
-            new (self) Device(released([&] { return cmpg::Device(select); }));
-        }, "select"_a)
+        .def("__init__", [](Device* self, const std::string& select, nb::object ranks) {
+            const std::shared_ptr<cmpg::Communicator> communicator = communicatorOf(std::move(ranks));
+            new (self) Device(released([&] { return cmpg::Device(select, communicator); }));
+        }, "select"_a, "ranks"_a.none())
         .def("info", [](const Device& self) { return self.library->info(); })
         .def("memory_in_use", [](const Device& self) { return released([&] { return self.library->memoryInUse(); }); })
         .def("memory_peak", [](const Device& self) { return released([&] { return self.library->memoryPeak(); }); });

@@ -63,6 +63,13 @@ Pictures renderPictures(v1::Recovery& run, std::size_t views, std::uint32_t spp)
     return pictures;
 }
 
+void writeTargets(const std::vector<v1::Target>& targets, RunFolder& folder) {
+    std::vector<Image> images;
+    for (const v1::Target& target : targets)
+        images.push_back(target.image);
+    folder.writeViews("target", images);
+}
+
 void writePictures(const Session& session, const v1::Recovery& run, const Pictures& pictures, RunFolder& folder) {
     folder.writeViews("initial", pictures.initial);
     folder.writeViews("final", pictures.recovered);
@@ -196,10 +203,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     checkpoints.resume(run);
     const std::vector<v1::RecoveryStep> before = run.history();
     RunFolder folder(output, before);
-    std::vector<Image> targets;
-    for (const v1::Target& target : views.targets)
-        targets.push_back(target.image);
-    folder.writeViews("target", targets);
+    writeTargets(views.targets, folder);
     for (const v1::RecoveryStep& step : before)
         addStep(report, step);
     run.prepare();
@@ -220,7 +224,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         while (!stopped && run.steps() < end) {
             const v1::RecoveryStep step = run.step();
             const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);
-            const StepAgreement agreed = agreeAfterStep(step.loss, options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
+            const StepAgreement agreed = agreeAfterStep(options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
             if (agreed.timeUp)
                 end = step.step + 1;
             stopped = agreed.stop;

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <fcntl.h>
-#include <sched.h>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -38,16 +37,6 @@ void silence() {
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
     close(nowhere);
-}
-
-// A CPU driver takes all processors unless told otherwise; ranks of one machine share them.
-void divideProcessors(int localRanks) {
-    cpu_set_t allowed;
-    if (localRanks == 1 || sched_getaffinity(0, sizeof allowed, &allowed) != 0)
-        return;
-    const int own = CPU_COUNT(&allowed), all = int(sysconf(_SC_NPROCESSORS_ONLN));
-    const int threads = own < all ? own : std::max(1, all / localRanks);
-    setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0);
 }
 
 [[noreturn]] void refuse(const Launcher& launcher, const std::string& what, const std::string& cause) {
@@ -81,7 +70,6 @@ void startRanks() {
     setRanks(*joined);
     if (!joined->isRoot())
         silence();
-    divideProcessors(joined->localSize());
 }
 
 void requireRanksFit(const Options& options) {

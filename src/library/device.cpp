@@ -1,10 +1,17 @@
 // Devices of the library's surface.
+#include "base/communicator.h"
+#include "library/ranks.h"
 #include "library/states.h"
 
 namespace cmpg::v1 {
 namespace {
 
 DeviceInfo toPublic(const cmpg::DeviceInfo& info) { return {info.name, info.driver, info.type, info.usable, info.missing}; }
+
+cmpg::Device open(const std::string& select, const Communicator& ranks) {
+    divideProcessors(ranks);
+    return cmpg::Device(cmpg::Device::Options{.select = select.empty() ? deviceOfRank(ranks) : select});
+}
 
 } // namespace
 
@@ -15,10 +22,19 @@ std::vector<DeviceInfo> Device::list() {
     return devices;
 }
 
-Device::Device(const std::string& select) : state_(std::make_shared<State>(select)) {
-    state_->info = toPublic(state_->device.info());
-    state_->device.keepKernels(); // renderers come and go
+Device::State::State(const std::string& select, std::shared_ptr<Communicator> shared)
+    : communicator(std::move(shared)), device(together(ranks(), [&] { return open(select, ranks()); })), info(toPublic(device.info())) {
+    if (const int other = firstOther(ranks(), info.name + '\n' + info.driver))
+        throw Error(ErrorKind::Device, "rank " + std::to_string(other) + " has another device or driver than rank 0",
+                    "machines with different drivers or graphics processors: their results differ in the last bits",
+                    "start the ranks on machines of one kind, or name a device that all have", {"device"});
+    device.keepKernels(); // renderers come and go
 }
+
+Device::Device(const std::string& select) : Device(select, std::shared_ptr<Communicator>(std::shared_ptr<void>(), &ranks())) {} // which outlive it
+
+Device::Device(const std::string& select, std::shared_ptr<Communicator> communicator)
+    : state_(std::make_shared<State>(select, communicator ? std::move(communicator) : std::shared_ptr<Communicator>(std::shared_ptr<void>(), &oneRank()))) {}
 
 const DeviceInfo& Device::info() const { return state_->info; }
 

@@ -1,5 +1,4 @@
 // Options of the library's surface as the configuration of a renderer.
-#include "base/communicator.h"
 #include "base/error.h"
 #include "library/states.h"
 
@@ -25,7 +24,6 @@ RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, 
     config.maxDepth = options.maxDepth > 0 ? options.maxDepth : scene.maxDepth;
     config.lightSampling = options.lightSampling;
     config.memoryBudget = options.memory << 20;
-    config.ranks = &ranks();
     config.guideMemory = options.guideMemory << 20;
     config.sampler = options.sampler;
     config.allFeatures = options.allFeatures;

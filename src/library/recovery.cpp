@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "library/ranks.h"
 #include "library/recovery_identity.h"
 #include "library/states.h"
 #include "optimize/batched_model.h"
@@ -138,7 +139,12 @@ struct Recovery::State {
         };
         for (const std::uint32_t p : parameters)
             initial.push_back(scene.parameters[p].values);
+        config.ranks = &device->ranks();
         const std::lock_guard lock(device->mutex);
+        requireSameOnAll();
+        together(device->ranks(), [&] { start(config, std::move(plan), options); });
+    }
+    void start(const RenderConfig& config, RecoveryRun::Steps plan, const RecoveryOptions& options) {
         run.emplace(device->device, scene, config, guidedOptions(options.paths));
         if (plan.learn && !options.paths.guide.load.empty())
             run->passes().load(readGuide(options.paths.guide.load, scene, &parameters));
@@ -161,6 +167,14 @@ struct Recovery::State {
         for (const std::uint32_t p : parameters)
             all += (all.empty() ? "" : ", ") + scene.parameters[p].name;
         return all;
+    }
+    void requireSameOnAll() const {
+        std::string all;
+        for (const auto& [name, value] : identity)
+            all += name + '\n' + value + '\n';
+        if (const int other = firstOther(device->ranks(), all))
+            throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " recovers something else than rank 0",
+                        "it was given another scene, other values, targets or options", "give all ranks the same");
     }
     void prepare() {
         run->renderer().setInteraction(interactionOf(call));
@@ -198,12 +212,17 @@ RecoveryStep Recovery::step() {
     const Stopwatch watch;
     StepReport report;
     try {
-        s.prepare();
-        report = s.run->optimization().step();
+        together(s.device->ranks(), [&] {
+            s.prepare();
+            report = s.run->optimization().step();
+        });
     } catch (...) {
         s.abandonStep();
         throw;
     }
+    if (firstOther(s.device->ranks(), std::string_view(reinterpret_cast<const char*>(&report.loss), sizeof report.loss)))
+        throw Error(ErrorKind::Numerical, "ranks have computed different losses", "a processor or a driver computes differently on one of the machines",
+                    "start the ranks on machines of one kind");
     RecoveryStep step = stepOf(recordOf(report), report.step);
     step.seconds = watch.seconds();
     step.concentration = report.concentration;
@@ -214,7 +233,7 @@ RecoveryStep Recovery::step() {
 
 void Recovery::prepare() {
     const std::lock_guard lock(state_->device->mutex);
-    state_->prepare();
+    together(state_->device->ranks(), [&] { state_->prepare(); });
 }
 
 std::vector<RecoveryStep> Recovery::history() const {
@@ -280,12 +299,13 @@ Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
         throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {},
                     "targets are numbered from 0 to " + std::to_string(s.run->model().views() - 1));
     s.run->renderer().setInteraction(interactionOf(s.call));
+    const auto render = [&] { return together(s.device->ranks(), [&] { return s.run->optimization().render(target, spp); }); };
     if (!initial)
-        return s.run->optimization().render(target, spp);
+        return render();
     const std::vector<std::vector<float>> now = s.current();
     s.setParameters(s.initial);
     try {
-        Image image = s.run->optimization().render(target, spp);
+        Image image = render();
         s.setParameters(now);
         return image;
     } catch (...) {
@@ -305,6 +325,8 @@ void Recovery::apply(Scene& scene) const {
 std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::string& note) const {
     const std::lock_guard lock(state_->device->mutex);
     RecoveryRun& run = *state_->run;
+    if (!state_->device->ranks().isRoot())
+        return 0;
     const std::vector<FileSection> sections = checkpointSections(run.optimization(), run.model(), state_->identity, note, state_->madeWith());
     writeCheckpointFile(folder, sections);
     std::uint64_t bytes = 0;
@@ -343,7 +365,8 @@ void Recovery::saveGuide(const std::filesystem::path& file) const {
     if (!run.renderer().hasGuide())
         throw Error(ErrorKind::Usage, "there is no guide to save: directions are drawn from the materials alone", {}, "have one kept, or choose another sampling",
                     {"save-guide", "sampling"});
-    writeGuide(file, state_->scene, state_->parameters, run.renderer(), run.passes());
+    if (state_->device->ranks().isRoot())
+        writeGuide(file, state_->scene, state_->parameters, run.renderer(), run.passes());
 }
 
 void Recovery::onSubmission(std::function<void()> call) {

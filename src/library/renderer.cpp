@@ -31,6 +31,7 @@ template <class Pass> void grow(Film& film, std::uint32_t spp, const std::functi
 }
 
 // An image in whatever way the options ask for. `all`: one pass with its layers; `more`: further samples of a film.
+// `grows`: not on several ranks, whose clocks would divide it differently.
 template <class All, class More>
 Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Layers& layers, bool grows, All&& all, More&& more) {
     if (pass.onImage && grows) {
@@ -62,7 +63,7 @@ Image Renderer::render(const PassOptions& pass, PassReport* report) {
     const View view = s.viewOf(pass);
     const PassKey key{.seed = pass.seed};
     return s.pass(
-        Mode::Render, view, pass, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
+        Mode::Render, view, pass, {}, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
         [&](std::uint32_t spp) {
             if (batchesOf(pass) > 0)
                 return toImage(s.spend(pass, view, key, true,
@@ -71,7 +72,7 @@ Image Renderer::render(const PassOptions& pass, PassReport* report) {
             if (pass.frozen)
                 return s.renderer->render(view, spp, key, {}, nullptr, pass.layers ? &s.told.layers : nullptr);
             return imageOf(
-                pass, view, spp, s.told.layers, true, [&](Layers* layers) { return s.passes->render(view, spp, key, layers); },
+                pass, view, spp, s.told.layers, s.device->ranks().size() == 1, [&](Layers* layers) { return s.passes->render(view, spp, key, layers); },
                 [&](std::uint32_t samples, Film& film) { s.passes->render(view, samples, key, film); });
         });
 }
@@ -86,14 +87,16 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
     const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
     std::vector<std::uint32_t> parameters;
     std::vector<std::vector<float>> values;
+    std::vector<const std::vector<float>*> input;
     for (const Direction& direction : directions) {
         parameters.push_back(s.indexOf(direction));
         values.push_back(direction.values);
+        input.push_back(&direction.values);
     }
     if (parameters.empty())
         throw Error(ErrorKind::Usage, "a derivative needs a direction", {}, "name a parameter and give its direction", {"param"});
     return s.pass(
-        Mode::Forward, view, pass, report,
+        Mode::Forward, view, pass, input, report,
         [&](std::uint32_t spp) { s.passes->trainForward(view, spp, pass.train, pass.seed, parameters, values); },
         [&](std::uint32_t spp) {
             if (batchesOf(pass) > 0)
@@ -105,7 +108,7 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
             if (pass.frozen)
                 return s.renderer->forward(view, spp, frozen, parameters, values, {}, nullptr, pass.layers ? &s.told.layers : nullptr);
             return imageOf(
-                pass, view, spp, s.told.layers, !positivize, // whose halves grow no film
+                pass, view, spp, s.told.layers, !positivize && s.device->ranks().size() == 1, // halves grow no film
                 [&](Layers* layers) { return s.passes->forward(view, spp, key, parameters, values, layers); },
                 [&](std::uint32_t samples, Film& film) { s.passes->forward(view, samples, key, parameters, values, film); });
         });
@@ -131,7 +134,7 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, Pass
     const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
     const bool continues = !s.options.paths.positivize && s.options.paths.pixelSampling == PixelSampling::Uniform;
     return s.pass(
-        Mode::Reverse, view, sized, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
+        Mode::Reverse, view, sized, {&adjoint.values}, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
         [&](std::uint32_t spp) {
             Gradients gradients;
             for (const std::uint32_t p : s.parameters)
@@ -164,7 +167,7 @@ CheckResult Renderer::check(const Direction& direction, const PassOptions& pass,
     if (how.width == 0 && how.height == 0)
         how.width = 128; // many renders, compared by blocks
     const View view = s.viewOf(how);
-    return s.pass(Mode::Forward, view, how, report, [](std::uint32_t) {},
+    return s.pass(Mode::Forward, view, how, {&direction.values}, report, [](std::uint32_t) {},
                   [&](std::uint32_t spp) {
                       const std::vector<std::vector<float>> directions{direction.values};
                       double seconds = 0;
@@ -217,7 +220,8 @@ void Renderer::saveGuide(const std::filesystem::path& file) const {
     const std::lock_guard lock(s.device->mutex);
     if (!s.guided || (s.fresh && s.options.paths.guide.load.empty()))
         throw Error(ErrorKind::Usage, "there is no guide to save: none was learned", {}, "make a pass with learning passes before it", {"train"});
-    writeGuide(file, s.scene, s.parameters, *s.renderer, *s.passes);
+    if (s.device->ranks().isRoot())
+        writeGuide(file, s.scene, s.parameters, *s.renderer, *s.passes);
 }
 
 std::vector<ParameterInfo> Renderer::parameters() const {

@@ -2,11 +2,13 @@
 #include "library/renderer_state.h"
 
 #include "base/error.h"
+#include "optimize/content_identity.h"
 #include "render/saved_guide.h"
 #include "scene/image_size.h"
 
 #include <algorithm>
 #include <optional>
+#include <sstream>
 #include <tuple>
 
 namespace cmpg::v1 {
@@ -67,6 +69,7 @@ void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
         return;
     drop();
     RenderConfig config = renderConfig(paths, scene, parameters);
+    config.ranks = &device->ranks();
     config.guiding = wanted;
     config.roulette = wanted && wantsRoulette;
     renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
@@ -86,6 +89,8 @@ void Renderer::State::follow() {
         if (revisions[p] == source->revisions[p])
             continue;
         revisions[p] = source->revisions[p];
+        if (!digests_.empty())
+            digests_[1 + p] = digestOf(source->scene.parameters[p]);
         const bool differentiable = std::find(parameters.begin(), parameters.end(), p) != parameters.end();
         if (renderer && differentiable) {
             renderer->setParameter(p, source->scene.parameters[p].values);
@@ -141,13 +146,49 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
 
 void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
     clock_ = {};
-    follow();
     ensure(mode, how.train > 0, how.anew);
     renderer->setInteraction(interactionOf(call));
     told = {};
     told.width = view.width;
     told.height = view.height;
     told.spp = samplesOf(how);
+}
+
+void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input) {
+    if (device->ranks().size() == 1)
+        return;
+    if (how.timeBudget > 0)
+        throw Error(ErrorKind::Usage, "a time budget does not run on several ranks", "their clocks differ", "give samples, batches or an error target instead",
+                    {"time-budget"});
+    if (digests_.empty()) {
+        std::string rest;
+        for (const auto& [name, value] : contentIdentity(scene, {}, {}, {}))
+            rest += value;
+        digests_.push_back(rest);
+        for (const cmpg::Parameter& parameter : scene.parameters)
+            digests_.push_back(digestOf(parameter));
+    }
+    std::ostringstream all;
+    for (const std::string& digest : digests_)
+        all << digest;
+    all.precision(17);
+    for (const std::uint32_t p : parameters)
+        all << ' ' << p;
+    const PathOptions& paths = options.paths;
+    const GuideOptions& guide = paths.guide;
+    for (const double number : {double(paths.maxDepth), double(paths.sampling), double(paths.pixelSampling), double(paths.roulette), double(paths.positivize),
+                                double(paths.lightSampling), double(paths.sampler), double(paths.guideMemory), double(guide.keep), double(guide.share),
+                                double(guide.rouletteEffort), double(guide.cellRecords), guide.directionShare, guide.forgetting})
+        all << ' ' << number;
+    for (const double number : {double(mode), double(view.camera - scene.cameras.data()), double(view.width), double(view.height), double(how.spp),
+                                double(how.train), double(how.trainSpp), double(how.frozen), how.errorTarget, double(how.batches), double(how.layers)})
+        all << ' ' << number;
+    all << ' ' << how.seed;
+    for (const std::vector<float>* values : input)
+        all << ' ' << digestOf(*values);
+    if (const int other = firstOther(device->ranks(), all.str()))
+        throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " has asked for another pass than rank 0",
+                    "it was given another scene, other values, another adjoint or other options", "give all ranks the same");
 }
 
 void Renderer::State::tell(Mode mode, const RenderStatistics& before, double learnedBefore) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/stopwatch.h"
+#include "library/ranks.h"
 #include "library/states.h"
 #include "optimize/batch_parts.h"
 #include "render/guided_passes.h"
@@ -38,8 +39,10 @@ struct Renderer::State {
     // Error(Usage) on what the renderer was not made for.
     std::uint32_t indexOf(const Direction& direction) const;
 
-    // Learning passes, then `run`; both get the samples per pixel of a pass.
-    template <class Train, class Run> auto pass(Mode mode, const View& view, const PassOptions& how, PassReport* report, Train&& train, Run&& run);
+    // Learning passes, then `run`; both get the samples per pixel of a pass. `input`: what it takes beside its options.
+    template <class Train, class Run>
+    auto pass(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report, Train&& train,
+              Run&& run);
 
     // What a pass of an estimate makes: an image or gradients in a row, of `samples` per pixel with the numbers of `key`.
     using Estimate = std::function<std::vector<double>(std::uint32_t samples, const PassKey& key)>;
@@ -50,9 +53,12 @@ struct Renderer::State {
 
   private:
     void begin(Mode mode, const View& view, const PassOptions& how);
+    // Of several ranks: Error(Usage) if they have not been asked for the same.
+    void requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
     void tell(Mode mode, const RenderStatistics& before, double learnedBefore);
     void requireFew() const; // contributions left out, of told
 
+    std::vector<std::string> digests_; // of several ranks: of geometry, materials and lights, then of each parameter of `scene`
     Stopwatch clock_; // since the pass began
 };
 
@@ -61,12 +67,15 @@ std::uint32_t batchesOf(const PassOptions& pass);  // 0: none
 void requireValid(const PassOptions& pass);
 
 template <class Train, class Run>
-auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, PassReport* report, Train&& train, Run&& run) {
+auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report,
+                           Train&& train, Run&& run) {
     const std::lock_guard lock(device->mutex);
-    begin(mode, view, how);
-    const RenderStatistics before = renderer->statistics();
-    const double learnedBefore = passes->trainSeconds();
-    try {
+    follow();
+    requireSameOnAll(mode, view, how, input);
+    const auto work = [&] {
+        begin(mode, view, how);
+        const RenderStatistics before = renderer->statistics();
+        const double learnedBefore = passes->trainSeconds();
         if (guided && how.train > 0) {
             constexpr std::uint32_t kBatched = 8; // how many the pass will have is not known yet
             fresh = false;
@@ -84,6 +93,9 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
         if (report)
             *report = std::move(told);
         return result;
+    };
+    try {
+        return together(device->ranks(), work);
     } catch (...) {
         if (guided) // it may be half of what was asked for
             drop();

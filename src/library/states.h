@@ -16,7 +16,10 @@
 namespace cmpg::v1 {
 
 struct Device::State {
-    explicit State(const std::string& select) : device(cmpg::Device::Options{.select = select}) {}
+    State(const std::string& select, std::shared_ptr<Communicator> communicator);
+
+    std::shared_ptr<Communicator> communicator;
+    Communicator& ranks() const { return *communicator; }
 
     std::recursive_mutex mutex; // of whoever records, submits or frees; what is asked during a pass may free another renderer
     cmpg::Device device;
@@ -35,7 +38,7 @@ cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std:
 
 ParameterInfo describe(const cmpg::Parameter& parameter);
 
-// What PathOptions say of a renderer without a guide. Error(Usage) on what is out of range.
+// What PathOptions say of a renderer without a guide, on one rank. Error(Usage) on what is out of range.
 RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, const std::vector<std::uint32_t>& differentiable);
 
 GuidedOptions guidedOptions(const PathOptions& options);

@@ -46,12 +46,6 @@ std::string geometryOf(const Scene& scene) {
     return Digest().add(g.positions).add(g.normals).add(g.uv0).add(g.uv1).add(g.tangents).add(g.colors).add(g.triangles).text();
 }
 
-std::string digestOf(const Parameter& p) {
-    Digest d;
-    d.add(p.width).add(p.height).add(p.channels).add(p.wrapU).add(p.wrapV).add(p.nearest).add(p.texcoord).add(p.uvTransform);
-    return d.add(p.values).add(p.bytes).add(p.srgb).add(p.scale).add(p.bias).text();
-}
-
 std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& parameters) {
     Digest d;
     for (const Material& m : scene.materials) {
@@ -99,6 +93,13 @@ std::string cameraOf(const View& view) {
 } // namespace
 
 std::string digestOf(const std::vector<std::uint8_t>& bytes) { return Digest().add(bytes).text(); }
+std::string digestOf(const std::vector<float>& values) { return Digest().add(values).text(); }
+
+std::string digestOf(const Parameter& p) {
+    Digest d;
+    d.add(p.width).add(p.height).add(p.channels).add(p.wrapU).add(p.wrapV).add(p.nearest).add(p.texcoord).add(p.uvTransform);
+    return d.add(p.values).add(p.bytes).add(p.srgb).add(p.scale).add(p.bias).text();
+}
 
 Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::uint32_t>& parameters, const std::vector<View>& views,
                                      const std::vector<Target>& targets) {

@@ -12,5 +12,7 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
 
 // CRC-32, in hexadecimal digits.
 std::string digestOf(const std::vector<std::uint8_t>& bytes);
+std::string digestOf(const std::vector<float>& values);
+std::string digestOf(const Parameter& parameter); // shape, place on surfaces and values
 
 } // namespace cmpg

@@ -56,11 +56,11 @@ struct Curvature {
     std::vector<float> own;     // D
     std::vector<float> inverse; // of D + the diagonal of L
 
-    Curvature(const TotalVariationBound& bound, std::span<const float> measured, std::span<const float> noise, float stray)
-        : known(bound), own(measured.size()), inverse(measured.size()) {
+    Curvature(const TotalVariationBound& bound, std::span<const float> measured, std::vector<float> noise, float stray)
+        : known(bound), own(std::move(noise)), inverse(measured.size()) {
         constexpr float kLeast = std::numeric_limits<float>::min(); // below, nothing depends on an entry: it stays as it is
         const auto least = float(kLeastCurvature * mean(measured));
-        forEach(own.size(), [&](std::size_t i) { own[i] = std::max(measured[i] + least, noise[i] / stray); });
+        forEach(own.size(), [&](std::size_t i) { own[i] = std::max(measured[i] + least, own[i] / stray); });
         if (known.empty())
             inverse = own;
         else
@@ -68,12 +68,14 @@ struct Curvature {
         forEach(own.size(), [&](std::size_t i) { inverse[i] = inverse[i] >= kLeast ? 1 / inverse[i] : 0.f; });
     }
 
-    // (D + L)^-1 g, by conjugate gradients with the diagonal as the preconditioner.
-    std::vector<float> solve(std::span<const float> g) const {
-        std::vector<float> x(g.size()), residual(g.begin(), g.end()), direction(g.size()), image(g.size()), scaled(g.size());
-        forEach(g.size(), [&](std::size_t i) { direction[i] = scaled[i] = inverse[i] * residual[i]; });
+    // (D + L)^-1 g, by conjugate gradients with the diagonal as the preconditioner. `residual` is g.
+    std::vector<float> solve(std::vector<float> residual) const {
+        const std::size_t count = residual.size();
+        std::vector<float> scaled(count);
+        forEach(count, [&](std::size_t i) { scaled[i] = inverse[i] * residual[i]; });
         if (known.empty())
             return scaled;
+        std::vector<float> x(count), direction = scaled, image(count);
         double length = dot(residual, scaled);
         const double enough = length * kTolerance * kTolerance;
         for (int k = 0; k < kIterations && length > enough; ++k) {
@@ -82,14 +84,14 @@ struct Curvature {
             if (!(curvature > 0))
                 break;
             const auto step = float(length / curvature);
-            forEach(g.size(), [&](std::size_t i) {
+            forEach(count, [&](std::size_t i) {
                 x[i] += step * direction[i];
                 residual[i] -= step * image[i];
                 scaled[i] = inverse[i] * residual[i];
             });
             const double next = dot(residual, scaled);
             const auto turn = float(next / length);
-            forEach(g.size(), [&](std::size_t i) { direction[i] = scaled[i] + turn * direction[i]; });
+            forEach(count, [&](std::size_t i) { direction[i] = scaled[i] + turn * direction[i]; });
             length = next;
         }
         return x;
@@ -136,7 +138,7 @@ void addCurvature(std::span<const double> product, float direction, Moments& mom
     });
 }
 
-std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter) {
+std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter) {
     const std::size_t count = parameter.entries();
     std::vector<float> g(count);
     const auto skipped = orderedSum<std::uint64_t>(count, kChunk, [&](std::size_t begin, std::size_t end) {
@@ -154,10 +156,11 @@ std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, co
         average = moments.steps == 0 ? square : average + float(kNewWeight) * (square - average);
         noise[i] = std::sqrt(std::max(average, square));
     });
-    const Curvature curvature(known, moments.second, noise, float(std::min(rate, 1e30)));
+    const Curvature curvature(known, moments.second, std::move(noise), float(std::min(rate, 1e30)));
     observe(g, gradient.half, curvature.inverse, moments);
+    gradient.half = std::vector<double>(); // before the solver takes memory
     const auto share = float(signalShare(moments));
-    const std::vector<float> step = curvature.solve(g);
+    const std::vector<float> step = curvature.solve(std::move(g));
     const float reach = float(std::min(kNewtonReach * rate, 1e30)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();
     float* velocity = moments.first.data();

@@ -19,7 +19,7 @@ void addCurvature(std::span<const double> product, float direction, Moments& mom
 // The gradient of a step. All have entries() entries.
 struct NoisyGradient {
     std::span<const double> mean; // of the whole objective
-    std::span<const double> half; // half of how two independent halves of it differ: its variance is the mean's
+    std::vector<double> half;     // half of how two independent halves of it differ: its variance is the mean's
 };
 
 // One update of parameter.values, projected to its range: x += v, v = momentum v - s (D + L)^-1 g, with |v| at most `rate` times
@@ -27,7 +27,7 @@ struct NoisyGradient {
 // gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. An entry whose noise, of the last steps or of this
 // one, would take it farther than `rate` has a larger D: what few paths reach, and paths that are rare. Entries whose gradient is not
 // finite do not move by it; returns how many.
-std::uint64_t updateByGaussNewton(double rate, const NoisyGradient& gradient, const TotalVariationBound& known, Moments& moments,
+std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments,
                                   Parameter& parameter);
 
 // The share of the signal, from 0 to 1, as the next update begins with; 1 before the first.

@@ -295,6 +295,7 @@ void Optimization::applyUpdate(StepReport& report) {
     for (std::size_t i = 0; i < curvature_.size(); ++i)
         if (usesDiagonal(i))
             addCurvature(curvature_[i], kCurvatureStep * state_.moments[i].unit, state_.moments[i]);
+    curvature_.clear(); // before the update takes memory
     state_.imageValues.clear();
     for (std::size_t i = 0; carriesImages() && i < parameters_.size(); ++i)
         state_.imageValues.push_back(scene_.parameters[parameters_[i]].values);
@@ -312,7 +313,7 @@ std::uint64_t Optimization::move(std::size_t i, double factor) {
     Moments& moments = state_.moments[i];
     if (method(i) == OptimizerKind::GaussNewton) {
         const double unit = std::isfinite(parameter.highest()) ? moments.unit : std::max(double(moments.unit), priorUnit(parameter)); // light that began too dark
-        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], noise_[i]}, known_[i], moments, parameter);
+        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i])}, known_[i], moments, parameter);
     }
     return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
 }

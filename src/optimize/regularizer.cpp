@@ -100,15 +100,15 @@ TotalVariationBound::TotalVariationBound(const Parameter& parameter)
 
 void TotalVariationBound::add(const Parameter& parameter, double weight, double epsilon) {
     const std::size_t row = width_ * channels_;
-    right_.resize(row * height_);
-    below_.resize(row * height_);
+    right_.resize(width_ * height_);
+    below_.resize(width_ * height_);
     const double scale = weight / double(parameter.entries());
     const float* values = parameter.values.data();
     // Of the pairs of `count` texels from entry `from` and from entry `to` on.
     const auto add = [&](std::size_t from, std::size_t to, std::size_t count, std::vector<double>& square, float* weights) {
         meanSquares(values + from, values + to, count, channels_, square.data());
-        for (std::size_t i = 0; i < count * channels_; ++i)
-            weights[from + i] += float(scale / std::sqrt(square[i / channels_] + epsilon * epsilon));
+        for (std::size_t i = 0; i < count; ++i)
+            weights[from / channels_ + i] += float(scale / std::sqrt(square[i] + epsilon * epsilon));
     };
     parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
         std::vector<double> square(width_);
@@ -122,35 +122,53 @@ void TotalVariationBound::add(const Parameter& parameter, double weight, double 
     });
 }
 
-template <class Term> void TotalVariationBound::forPairs(std::size_t y, const Term& term) const {
-    const std::size_t row = width_ * channels_, above = (y + height_ - 1) % height_, under = (y + 1) % height_;
-    const float* r = right_.data() + y * row;
-    for (std::size_t x = 0; x < row; ++x) {
-        const std::size_t left = x >= channels_ ? x - channels_ : x + row - channels_, next = x + channels_ < row ? x + channels_ : x + channels_ - row;
-        // The last of a row, and the last row, have weight 0 where nothing wraps.
-        term(y * row + x, y * row + next, r[x]);
-        term(y * row + x, y * row + left, r[left]);
-        term(y * row + x, under * row + x, below_[y * row + x]);
-        term(y * row + x, above * row + x, below_[above * row + x]);
-    }
-}
-
-void TotalVariationBound::diagonal(std::span<const float> own, std::span<float> out) const {
+template <class Row> void TotalVariationBound::forRows(const Row& row) const {
+    const std::size_t length = width_ * channels_;
     parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        std::vector<float> entries[4];
+        // The weights of texels y * width_ + x for each of their channels, so that loops over entries can be vectorised.
+        const auto spread = [&](const std::vector<float>& weights, std::size_t y, std::vector<float>& out) {
+            out.resize(length);
+            for (std::size_t x = 0; x < width_; ++x)
+                std::fill_n(out.data() + x * channels_, channels_, weights[y * width_ + x]);
+        };
         for (std::size_t y = begin; y < end; ++y) {
-            std::copy_n(own.data() + y * width_ * channels_, width_ * channels_, out.data() + y * width_ * channels_);
-            forPairs(y, [&](std::size_t i, std::size_t, float weight) { out[i] += weight; });
+            auto& [right, left, below, above] = entries;
+            // The last of a row, and the last row, have weight 0 where nothing wraps.
+            spread(right_, y, right);
+            left = right;
+            std::rotate(left.begin(), left.end() - std::ptrdiff_t(channels_), left.end());
+            spread(below_, y, below);
+            spread(below_, (y + height_ - 1) % height_, above);
+            row(y * length, Weights{right.data(), left.data(), below.data(), above.data()});
         }
     });
 }
 
+void TotalVariationBound::diagonal(std::span<const float> own, std::span<float> out) const {
+    forRows([&](std::size_t begin, const Weights& w) {
+        for (std::size_t i = 0; i < width_ * channels_; ++i)
+            out[begin + i] = own[begin + i] + w.right[i] + w.left[i] + w.below[i] + w.above[i];
+    });
+}
+
 void TotalVariationBound::multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const {
-    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t y = begin; y < end; ++y) {
-            for (std::size_t i = y * width_ * channels_; i < (y + 1) * width_ * channels_; ++i)
-                out[i] = own[i] * x[i];
-            forPairs(y, [&](std::size_t i, std::size_t other, float weight) { out[i] += weight * (x[i] - x[other]); });
-        }
+    const std::size_t length = width_ * channels_, last = length * (height_ - 1);
+    forRows([&](std::size_t begin, const Weights& w) {
+        const float* here = x.data() + begin;
+        const float *under = x.data() + (begin < last ? begin + length : 0), *above = x.data() + (begin > 0 ? begin - length : last);
+        float* to = out.data() + begin;
+        const auto entry = [&](std::size_t i, std::size_t next, std::size_t before) {
+            const float value = here[i];
+            to[i] = own[begin + i] * value + w.right[i] * (value - here[next]) + w.left[i] * (value - here[before]) + w.below[i] * (value - under[i]) +
+                    w.above[i] * (value - above[i]);
+        };
+        for (std::size_t i = 0; i < channels_; ++i)
+            entry(i, (i + channels_) % length, length - channels_ + i);
+        for (std::size_t i = channels_; i + channels_ < length; ++i)
+            entry(i, i + channels_, i - channels_);
+        for (std::size_t i = std::max(channels_, length - channels_); i < length; ++i)
+            entry(i, i + channels_ - length, i - channels_);
     });
 }
 

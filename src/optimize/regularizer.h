@@ -32,12 +32,16 @@ class TotalVariationBound {
     void multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const;
 
   private:
-    // Calls term(entry, neighbour, weight) for each neighbour of each entry.
-    template <class Term> void forPairs(std::size_t row, const Term& term) const;
+    // Of each entry of a row and its neighbours.
+    struct Weights {
+        const float *right, *left, *below, *above;
+    };
+    // Calls row(first entry, weights) for every row.
+    template <class Row> void forRows(const Row& row) const;
 
     std::size_t width_, height_, channels_;
     bool wrapU_, wrapV_;
-    std::vector<float> right_, below_; // weights of the pairs of an entry and the one to its right, and below; 0 where there is none
+    std::vector<float> right_, below_; // weights of the pairs of a texel and the one to its right, and below; 0 where there is none
 };
 
 } // namespace cmpg

@@ -19,7 +19,7 @@ SdTree emptyTree(const Scene& scene, const RenderConfig& config) {
     if (scene.geometry.positions.empty())
         lower = upper = glm::vec3(0);
     SdTreeConfig tree = config.guide;
-    tree.maxNodes = std::min<std::uint64_t>(tree.maxNodes, GuideBuffers::nodesWithin(config.guideMemory));
+    tree.maxNodes = GuideBuffers::nodesWithin(config.guideMemory);
     return SdTree(lower, upper, tree);
 }
 
@@ -48,9 +48,10 @@ std::uint32_t kindOf(const FeatureSet::Pass& pass, Sampling kind) {
 
 Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
     : tree(emptyTree(scene, config)), buffers(device, config.guideMemory), ranks_(config.ranks ? *config.ranks : oneRank()),
-      mostNodes_(GuideBuffers::nodesWithin(config.guideMemory)), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
+      mostNodes_(buffers.mostNodes()), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return emitsLight(scene.parameters[p].kind);
       })), share_(config.guideShare), rouletteEffort_(config.rouletteEffort) {
+    tree.limitNodes(mostNodes_);
     buffers.publish(tree);
 }
 

@@ -36,12 +36,11 @@ AdjointNorms norms(const Image& adjoint) {
 double raysPerPath(const PassResult& result) { return double(result.rays) / double(result.paths); }
 
 // Two results of one pass with numbers of their own, whose variance moments of single paths put at `moments`.
-void compareHalves(SamplingChoice& choice, const SamplingMethod& method, std::span<const double> a, std::span<const double> b, double moments) {
-    PassDifferences differences;
-    differences.add(a);
-    differences.add(b);
-    if (differences.variance() && moments > 0)
-        choice.observeRepetition(method, *differences.variance() / moments);
+void compareHalves(SamplingChoice& choice, const SamplingMethod& method, const std::vector<std::vector<double>>& a,
+                   const std::vector<std::vector<double>>& b, double moments) {
+    const std::optional<double> variance = PassDifferences::varianceOf(a, b);
+    if (variance && moments > 0)
+        choice.observeRepetition(method, *variance / moments);
 }
 
 } // namespace
@@ -298,7 +297,7 @@ std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t
         sum = estimate(samples, key, first);
         sum = meanOf(sum, estimate(samples, secondHalf({key.seed, key.step, key.pass}), second));
         if (policy.tellsNoise())
-            compareHalves(policy.derivatives, method, entries(first), entries(second), sum.variance);
+            compareHalves(policy.derivatives, method, first, second, sum.variance);
         addHalf(first, second, 1, gradients);
         if (half)
             addHalf(first, second, -1, *half);

@@ -36,7 +36,7 @@ struct RenderConfig {
     bool roulette = false; // copies of split paths
     SdTreeConfig guide = {};
     float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
-    std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory; bounds guide.maxNodes
+    std::uint64_t guideMemory = std::uint64_t(64) << 20; // bytes of device memory, which say guide.maxNodes
     // Who shares the passes: every rank makes the same calls with the same arguments, takes some of the pixels, and gets the whole result, the same bits
     // as from one rank. Null: this process alone. It outlives the renderer.
     Communicator* ranks = nullptr;

@@ -173,13 +173,18 @@ void SceneBuffers::layOutValues(Device& device) {
 
 void SceneBuffers::writeValues(std::uint32_t parameter, std::span<const float> values, std::uint32_t base) {
     const Parameter& p = scene_.parameters[parameter];
-    std::vector<float> texels(std::size_t(texelsOf(p)) * 4, 0.0f);
-    if (p.channels == 1)
-        std::copy(values.begin(), values.end(), texels.begin());
-    else
-        for (std::size_t t = 0; t < values.size() / 3; ++t)
-            std::copy_n(values.begin() + std::ptrdiff_t(3 * t), 3, texels.begin() + std::ptrdiff_t(4 * t));
-    values_.uploadAll(texels, std::uint64_t(places_[parameter] + base) * 16);
+    constexpr std::size_t kPortion = 1 << 18; // texels
+    const std::size_t perTexel = p.channels == 1 ? 4 : 3, all = texelsOf(p);
+    for (std::size_t at = 0; at < all; at += kPortion) {
+        std::vector<float> texels(std::min(kPortion, all - at) * 4, 0.0f);
+        const std::span<const float> part = values.subspan(at * perTexel, std::min(std::min(kPortion, all - at) * perTexel, values.size() - at * perTexel));
+        if (p.channels == 1)
+            std::copy(part.begin(), part.end(), texels.begin());
+        else
+            for (std::size_t t = 0; t < part.size() / 3; ++t)
+                std::copy_n(part.begin() + std::ptrdiff_t(3 * t), 3, texels.begin() + std::ptrdiff_t(4 * t));
+        values_.uploadAll(texels, std::uint64_t(places_[parameter] + base + at) * 16);
+    }
 }
 
 void SceneBuffers::uploadSlots(Device& device) {
@@ -424,7 +429,9 @@ void SceneBuffers::setSecond(std::uint32_t parameter, std::span<const float> val
         second_.erase(parameter);
     else {
         requireEntries(parameter, values.size());
-        second_[parameter].assign(values.begin(), values.end());
+        std::vector<float>& kept = second_[parameter];
+        if (values.size() == scene_.parameters[parameter].channels)
+            kept.assign(values.begin(), values.end());
     }
     if (places_[parameter] != gpu::kNone)
         writeValues(parameter, values.empty() ? std::span<const float>(base) : values, valueTexels_);

@@ -45,7 +45,7 @@ class SceneBuffers {
     Scene& scene_;
     FeatureSet features_;
     std::vector<std::uint32_t> differentiable_;
-    std::map<std::uint32_t, std::vector<float>> second_; // values that differ in the second set
+    std::map<std::uint32_t, std::vector<float>> second_; // values that differ in the second set; of textures nothing but that they do
     bool hasSecond_ = false;
     Bvh bvh_;
     std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_; // what is uploaded, by index into the scene's

@@ -3,62 +3,24 @@
 
 #include "base/communicator.h"
 #include "base/error.h"
+#include "library/ranks.h"
 
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace cmpg {
-namespace {
 
-std::uint64_t hashOf(const std::string& text) { // FNV-1a
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text)
-        hash = (hash ^ std::uint8_t(c)) * 0x100000001b3u;
-    return hash;
+void requireSameOptions(const Options& options) {
+    if (const int other = v1::firstOther(ranks(), toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)))
+        throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " has other options than rank 0", {}, "start all ranks with the same");
 }
 
-} // namespace
-
-std::string deviceOfRank() {
-    if (ranks().localSize() == 1)
-        return {};
-    std::vector<std::size_t> discrete;
-    const std::vector<DeviceInfo> all = Device::list();
-    for (std::size_t i = 0; i < all.size(); ++i)
-        if (all[i].usable && all[i].type == "discrete")
-            discrete.push_back(i);
-    return discrete.size() < 2 ? std::string() : std::to_string(discrete[std::size_t(ranks().localRank()) % discrete.size()]);
-}
-
-void requireSameRanks(const Device& device, const Options& options) {
+StepAgreement agreeAfterStep(bool timeUp, bool stop) {
     Communicator& all = ranks();
-    const std::uint64_t own = hashOf(device.info().name + '\n' + device.info().driver + '\n' +
-                                     toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-    const std::vector<std::byte> found = all.gather(std::as_bytes(std::span(&own, 1)), std::vector<std::size_t>(std::size_t(all.size()), sizeof own));
-    for (int r = 1; r < all.size(); ++r)
-        if (std::memcmp(found.data(), found.data() + std::size_t(r) * sizeof own, sizeof own) != 0)
-            throw Error(ErrorKind::Device, "rank " + std::to_string(r) + " has another device, driver or other options than rank 0",
-                        "machines with different drivers or graphics processors: their results differ in the last bits",
-                        "start the ranks on machines of one kind, or name a device that all have", {"device"});
-}
-
-StepAgreement agreeAfterStep(double loss, bool timeUp, bool stop) {
-    Communicator& all = ranks();
-    struct Word {
-        double loss;
-        std::uint64_t timeUp, stop;
-    };
-    const Word own{loss, timeUp, stop};
-    const std::vector<std::byte> found = all.gather(std::as_bytes(std::span(&own, 1)), std::vector<std::size_t>(std::size_t(all.size()), sizeof own));
-    std::vector<Word> words(std::size_t(all.size()));
-    std::memcpy(words.data(), found.data(), found.size());
-    StepAgreement agreed{words[0].timeUp != 0, false};
-    for (const Word& word : words) {
-        agreed.stop |= word.stop != 0;
-        if (std::memcmp(&word.loss, &words[0].loss, sizeof loss) != 0)
-            throw Error(ErrorKind::Numerical, "ranks have computed different losses", "a processor or a driver computes differently on one of the machines",
-                        "start the ranks on machines of one kind");
-    }
+    const std::byte own{std::uint8_t((timeUp ? 1 : 0) | (stop ? 2 : 0))};
+    const std::vector<std::byte> found = all.gather(std::span(&own, 1), std::vector<std::size_t>(std::size_t(all.size()), 1));
+    StepAgreement agreed{(found[0] & std::byte{1}) != std::byte{0}, false};
+    for (const std::byte word : found)
+        agreed.stop |= (word & std::byte{2}) != std::byte{0};
     return agreed;
 }
 

@@ -76,8 +76,8 @@ const Parameter& Session::parameter(std::size_t index) const { return host().par
 
 v1::Device& Session::openDevice() {
     if (!device_) {
-        device_.emplace(options_.device.empty() ? deviceOfRank() : options_.device);
-        requireSameRanks(device(), options_);
+        device_.emplace(options_.device);
+        requireSameOptions(options_);
     }
     return *device_;
 }

@@ -56,7 +56,8 @@ Buffer::Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind
     vk::BufferUsageFlags usage = Usage::eStorageBuffer | Usage::eUniformBuffer | Usage::eIndirectBuffer | Usage::eTransferSrc | Usage::eTransferDst;
     if (texel != Texel::None)
         usage |= texelUsage(device.variant());
-    const std::uint64_t created = texel == Texel::None ? impl->bytes : paddedTexelBytes(impl->bytes);
+    const std::uint64_t padded = texel == Texel::None ? impl->bytes : paddedTexelBytes(impl->bytes);
+    const std::uint64_t created = padded <= device.impl().maxAllocation ? padded : impl->bytes; // the largest buffer goes without
     impl->raw = device.impl().allocate(impl->name, created, usage, Device::Impl::Place::Device);
     impl->device = &device.impl(); // from here on the destructor takes it off the accounts again
 
@@ -136,7 +137,7 @@ vk::BufferView Buffer::Impl::view(std::uint64_t offset, std::uint64_t range) {
     if (found == views.end()) {
         // Padding, where the buffer has room for it, only keeps lavapipe from compiling again; kernels do not read there.
         const std::uint64_t padded = std::min(paddedTexelBytes(range), paddedTexelBytes(bytes) - offset);
-        const bool fits = padded / texelBytes(texel) <= device->info.maxTexelBufferElements;
+        const bool fits = padded / texelBytes(texel) <= device->info.maxTexelBufferElements && offset + padded <= device->maxAllocation;
         found = views
                     .emplace(std::pair(offset, range),
                              device->device.createBufferView({{}, *raw.buffer, texelFormat(texel), offset, fits ? padded : range}))

@@ -60,3 +60,12 @@ def test_torch(monkeypatch, tmp_path):
     torch = pytest.importorskip("torch", reason="PyTorch is not installed: scripts/python-env --torch")
     names = run(blocks("docs/python.md")[4], monkeypatch, tmp_path, {"torch": torch, "scene": cmpg.Scene(BOX), "target": torch.full((16, 16, 3), 0.5)})
     assert names["texture"].grad.abs().sum() > 0
+
+
+def test_ranks(monkeypatch, tmp_path):
+    try:
+        from mpi4py import MPI  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"mpi4py or its MPI is not installed: {error}")
+    names = run(blocks("docs/mpi.md")[0], monkeypatch, tmp_path, {})
+    assert names["recovery"].done and list((tmp_path / "out/run").iterdir())

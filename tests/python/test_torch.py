@@ -1,10 +1,13 @@
 """The bridge to PyTorch."""
 
 import gc
+import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
-from conftest import LIGHT, PAINTING
+from conftest import LIGHT, PAINTING, ROOT
 
 torch = pytest.importorskip("torch", reason="PyTorch is not installed: scripts/python-env --torch")
 
@@ -137,3 +140,15 @@ def test_a_network_learns_a_texture(scene):
         loss.backward()
         optimizer.step()
     assert error() < 0.5 * before
+
+
+def test_two_processes_average_their_gradients(tmp_path):
+    """The example with torch.distributed: both hold the same texture, whose error falls."""
+    result = subprocess.run([sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2",
+                             ROOT / "python/examples/recover_distributed.py", "25", tmp_path / "out"], capture_output=True, text=True, timeout=300)
+    assert result.returncode == 0, result.stderr
+    errors = {rank: re.findall(rf"process {rank}, .* error of a texel ([0-9.]+)", result.stdout) for rank in "01"}
+    losses = {rank: re.findall(rf"process {rank}, .* image ([0-9.]+)", result.stdout) for rank in "01"}
+    assert len(errors["0"]) == 25 and errors["0"] == errors["1"] and losses["0"] != losses["1"]
+    assert float(errors["0"][-1]) < 0.8 * float(errors["0"][0])
+    assert (tmp_path / "out/painting.png").stat().st_size > 0

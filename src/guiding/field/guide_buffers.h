@@ -16,8 +16,9 @@ class GuideBuffers {
     // `bytes`: device memory for the quadtrees with their sums.
     GuideBuffers(Device& device, std::uint64_t bytes);
 
-    // Quadtree nodes that surely fit, whatever the cells' sizes.
+    // Quadtree nodes that surely fit, whatever the cells' sizes: into so many bytes, and into these buffers, which the device may have bounded.
     static std::uint64_t nodesWithin(std::uint64_t bytes);
+    std::uint64_t mostNodes() const { return capacity_ / 2; }
 
     void publish(SdTree& tree);
     void setInfo(const gpu::GuideInfo& info); // of the next pass

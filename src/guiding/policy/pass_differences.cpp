@@ -11,22 +11,37 @@ constexpr double kPairWeight = 0.5; // of the latest pair
 // of 2 over it.
 constexpr double kLeastParticipation = 18;
 
+struct Differences {
+    double squares = 0, fourths = 0;
+    void add(double difference) {
+        const double square = difference * difference;
+        squares += square;
+        fourths += square * square;
+    }
+    std::optional<double> variance() const {
+        return squares * squares < kLeastParticipation * fourths ? std::nullopt : std::optional(squares / 2);
+    }
+};
+
 } // namespace
 
 void PassDifferences::add(std::span<const double> result) {
     if (last_.size() == result.size() && !last_.empty()) {
-        double squares = 0, fourths = 0;
-        for (std::size_t i = 0; i < result.size(); ++i) {
-            const double d = result[i] - double(last_[i]), square = d * d;
-            squares += square;
-            fourths += square * square;
-        }
-        if (squares * squares < kLeastParticipation * fourths)
-            variance_.reset();
-        else
-            variance_ = variance_ ? *variance_ + kPairWeight * (squares / 2 - *variance_) : squares / 2;
+        Differences pair;
+        for (std::size_t i = 0; i < result.size(); ++i)
+            pair.add(result[i] - double(last_[i]));
+        const std::optional<double> found = pair.variance();
+        variance_ = found && variance_ ? *variance_ + kPairWeight * (*found - *variance_) : found;
     }
     last_.assign(result.begin(), result.end());
+}
+
+std::optional<double> PassDifferences::varianceOf(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b) {
+    Differences pair;
+    for (std::size_t p = 0; p < a.size(); ++p)
+        for (std::size_t i = 0; i < a[p].size(); ++i)
+            pair.add(b[p][i] - double(float(a[p][i])));
+    return pair.variance();
 }
 
 double worseVarianceRatio(double moments, const PassDifferences& method, const PassDifferences& other) {

@@ -18,6 +18,9 @@ class PassDifferences {
     // say little: the relative standard error of each pair is held below a third.
     std::optional<double> variance() const { return variance_; }
 
+    // The same of two passes alone, of which nothing is kept: their gradients by parameter.
+    static std::optional<double> varianceOf(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b);
+
   private:
     std::vector<float> last_;
     std::optional<double> variance_;
