@@ -181,7 +181,8 @@ void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOp
                                 double(guide.rouletteEffort), double(guide.cellRecords), guide.directionShare, guide.forgetting})
         all << ' ' << number;
     for (const double number : {double(mode), double(view.camera - scene.cameras.data()), double(view.width), double(view.height), double(how.spp),
-                                double(how.train), double(how.trainSpp), double(how.frozen), how.errorTarget, double(how.batches), double(how.layers)})
+                                double(how.train), double(how.trainSpp), double(how.anew), double(how.frozen), how.errorTarget, double(how.batches),
+                                double(how.layers)})
         all << ' ' << number;
     all << ' ' << how.seed;
     for (const std::vector<float>* values : input)
