@@ -73,13 +73,10 @@ TEST(AlphaMask, ShadowOfTheHoles) {
     b.square(floor, 0);
     b.square(sheet, 1);
     b.camera(0.5f);
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = glm::normalize(glm::vec3(0.25f, 0, -1));
-    sun.intensity = glm::vec3(2);
-    b.scene.lights = {sun};
+    const glm::vec3 direction = glm::normalize(glm::vec3(0.25f, 0, -1));
+    b.sun(direction);
     Bench s(b.scene, {});
-    const float lit = 2 * 0.5f / glm::pi<float>() * -sun.direction.z;
+    const float lit = 2 * 0.5f / glm::pi<float>() * -direction.z;
     // Left of the first cell the light comes in beside the sheet.
     expectCells(s.renderer->render(viewOf(s.scene, kSize, kSize), 16, {1, 0, 0}), lit,
                 [](int column, int row) { return column == 0 || isHole(column - 1, row); });
@@ -197,14 +194,6 @@ TEST_F(Coverage, SheetsLieOverEachOther) {
     }
 }
 
-PunctualLight sunFromAbove() {
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = {0, 0, -1};
-    sun.intensity = glm::vec3(2);
-    return sun;
-}
-
 // A point light, which only shadow rays find, above two sheets.
 TEST_F(Coverage, ShadowsArePartial) {
     Builder b;
@@ -214,7 +203,7 @@ TEST_F(Coverage, ShadowsArePartial) {
     b.square(sheet, 1);
     b.square(sheet, 1.5f);
     b.camera(0.5f);
-    b.scene.lights = {sunFromAbove()};
+    b.sun();
     Bench s(b.scene, {});
     const auto found = columnsOf(s, 64);
     for (int c = 0; c < 4; ++c)
@@ -262,7 +251,7 @@ TEST_F(Coverage, DerivativesFollow) {
     b.square(lamp, -1);
     b.square(sheet, 0);
     b.camera(1);
-    b.scene.lights = {sunFromAbove()};
+    b.sun();
     Bench s(b.scene, {"lamp.emission", "sheet.baseColor"});
     const View view = viewOf(s.scene, 16, 16);
     const double image = meanOf(s.renderer->render(view, 64, {1, 0, 1}, s.plan, &s.result));

@@ -20,11 +20,7 @@ Scene sunlitFloor(float first, float second, float weight) {
     b.material("other", second, 0);
     b.square(floor, 0);
     b.camera(1);
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = glm::vec3(0, 0, -1);
-    sun.intensity = glm::vec3(2);
-    b.scene.lights = {sun};
+    b.sun();
     addBlend(b.scene, "floor", "other", weight);
     return b.scene;
 }
@@ -97,11 +93,7 @@ TEST(Blend, InteriorsAbsorbWhicheverPartIsMet) {
     glass.smooth = true;
     glass.absorption = glm::vec3(0.5f);
     b.camera(1);
-    PunctualLight sun;
-    sun.kind = PunctualLight::Kind::Directional;
-    sun.direction = glm::vec3(0, 0, -1);
-    sun.intensity = glm::vec3(2);
-    b.scene.lights = {sun};
+    b.sun();
     addBlend(b.scene, "floor", "glass", 0);
     Bench s(b.scene, {});
     EXPECT_NEAR(meanOf(s.renderer->render(viewOf(s.scene, kSize, kSize), 4, {1, 0, 0})), 0.5 * 2 / glm::pi<double>() * std::exp(-0.5), 1e-5);

@@ -41,6 +41,18 @@ inline Image frozenImage(const Bench& s, const View& view, const PassKey& key, c
     return s.renderer->render(view, 16, key);
 }
 
+// A difference of images, on the same paths, against the image of the second values by itself, with the same random numbers.
+inline void expectDifference(const ImageDifference& found, const Image& second) {
+    double off = 0, size = 0;
+    for (std::size_t i = 0; i < second.values.size(); ++i) {
+        const double expected = double(found.image.values[i]) - second.values[i];
+        off += std::abs(found.difference.values[i] - expected);
+        size += std::abs(expected);
+    }
+    ASSERT_GT(size, 0);
+    EXPECT_LT(off, 1e-4 * size);
+}
+
 // <Jv, w> = <v, J^T w> with the same random numbers: both modes contract the same samples, only rounding differs.
 inline void expectForwardAgreesWithReverse(const Bench& s) {
     const View view = viewOf(s.scene, 24, 24);

@@ -48,6 +48,15 @@ struct SceneBuilder {
         c.toWorld[3] = glm::vec4(0, 0, z, 1);
         scene.cameras = {c};
     }
+
+    // The only point light: a sun of irradiance 2 that shines along `direction`.
+    void sun(glm::vec3 direction = {0, 0, -1}) {
+        PunctualLight light;
+        light.kind = PunctualLight::Kind::Directional;
+        light.direction = direction;
+        light.intensity = glm::vec3(2);
+        scene.lights = {light};
+    }
 };
 
 } // namespace cmpg::test
