@@ -3,6 +3,7 @@
 
 #include "base/byte_stream.h"
 #include "base/error.h"
+#include "base/hash.h"
 #include "scene/file_io.h"
 #include "shared/guide.h"
 
@@ -15,13 +16,6 @@ constexpr std::uint64_t kMagic = 0x0a45444955475643; // "CVGUIDE\n"
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 8 + 4 + 8, kChecksumBytes = 8;
 constexpr std::uint64_t kMaxQuadNodes = 1u << 26; // as many as the largest --guide-memory holds
-
-std::uint64_t fnv1a(std::span<const std::uint8_t> bytes) {
-    std::uint64_t hash = 0xcbf29ce484222325;
-    for (const std::uint8_t byte : bytes)
-        hash = (hash ^ byte) * 0x100000001b3;
-    return hash;
-}
 
 void put(ByteWriter& out, const std::map<Sampling, SamplingFigures>& figures) {
     out.count(figures.size());
@@ -197,7 +191,7 @@ void saveGuide(const std::filesystem::path& file, const SdTree& tree, const Guid
     out.put(kVersion);
     out.count(content.bytes.size());
     out.bytes.insert(out.bytes.end(), content.bytes.begin(), content.bytes.end());
-    out.put(fnv1a(out.bytes));
+    out.put(hashOf(std::as_bytes(std::span(out.bytes))));
     writeFile(file, out.bytes);
 }
 
@@ -219,7 +213,7 @@ LoadedGuide loadGuide(const std::filesystem::path& file) {
     const std::size_t present = all.size() - kHeaderBytes - kChecksumBytes;
     if (size != present)
         throw refuse(size > present ? "is truncated" : "has bytes after its end", "writing or copying it went wrong");
-    if (ByteReader(all.last(kChecksumBytes)).get<std::uint64_t>() != fnv1a(all.first(all.size() - kChecksumBytes)))
+    if (ByteReader(all.last(kChecksumBytes)).get<std::uint64_t>() != hashOf(std::as_bytes(all.first(all.size() - kChecksumBytes))))
         throw refuse("is damaged: its checksum is wrong", "it was changed after it was written");
     try {
         ByteReader in(all.subspan(kHeaderBytes, present));

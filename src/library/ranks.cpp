@@ -1,6 +1,7 @@
 // What ranks that share a device have to agree on.
 #include "library/ranks.h"
 
+#include "base/hash.h"
 #include "vk/device.h"
 
 #include <algorithm>
@@ -10,16 +11,6 @@
 #include <unistd.h>
 
 namespace cmpg::v1 {
-namespace {
-
-std::uint64_t hashOf(std::string_view text) { // FNV-1a
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text)
-        hash = (hash ^ std::uint8_t(c)) * 0x100000001b3u;
-    return hash;
-}
-
-} // namespace
 
 void divideProcessors(const Communicator& ranks) {
     cpu_set_t allowed;
@@ -44,7 +35,7 @@ std::string deviceOfRank(const Communicator& ranks) {
 int firstOther(Communicator& ranks, std::string_view own) {
     if (ranks.size() == 1)
         return 0;
-    const std::uint64_t hash = hashOf(own);
+    const std::uint64_t hash = hashOf(std::as_bytes(std::span(own)));
     const std::vector<std::byte> all =
         ranks.gather(std::as_bytes(std::span(&hash, 1)), std::vector<std::size_t>(std::size_t(ranks.size()), sizeof hash));
     for (int r = 1; r < ranks.size(); ++r)
