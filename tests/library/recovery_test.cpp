@@ -1,0 +1,166 @@
+// Recoveries of the library find what the program finds.
+#include "library_fixture.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg::test {
+namespace {
+
+TEST(LibraryRecovery, FindsWhatTheProgramFinds) {
+    const Folder folder;
+    const Target target = smallTarget();
+    saveImage(folder / "target.exr", target.image);
+    ASSERT_TRUE(program("optimize " + kBox + " --param " + kPainting + " --set " + kPainting + "=0.5 --steps 4 --target " + (folder / "target.exr") +
+                        " -o " + (folder / "run")));
+    RecoveryOptions options;
+    options.parameters = {kPainting};
+    const Scene scene = greyScene();
+    Recovery recovery(device(), scene, {Target::load(folder / "target.exr")}, options);
+    for (int i = 0; i < 4; ++i)
+        recovery.step();
+    EXPECT_EQ(recovery.values(kPainting), loadImage(folder / "run/parameters/painting.baseColor.exr").values);
+    const std::vector<double> gradient = recovery.gradient(kPainting);
+    EXPECT_EQ(std::vector<float>(gradient.begin(), gradient.end()), loadImage(folder / "run/gradients/painting.baseColor.exr").values);
+    EXPECT_EQ(recovery.image().values, loadImage(folder / "run/final.exr").values);
+    EXPECT_EQ(scene.values(kPainting), std::vector<float>(64 * 64 * 3, 0.5f));
+}
+
+TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
+    Scene scene = greyScene();
+    RecoveryOptions options = paintingOptions();
+    options.steps = 6;
+    Recovery recovery(device(), scene, {smallTarget()}, options);
+    std::vector<double> losses;
+    while (!recovery.done())
+        losses.push_back(recovery.step().loss);
+    ASSERT_EQ(losses.size(), 6u);
+    EXPECT_LT(losses.back(), 0.5 * losses.front());
+    recovery.apply(scene);
+    EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
+}
+
+TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
+    const Folder folder;
+    const Scene scene = greyScene();
+    const std::vector<Target> targets{smallTarget()};
+    Recovery whole(device(), scene, targets, paintingOptions()), half(device(), scene, targets, paintingOptions());
+    for (int i = 0; i < 4; ++i)
+        whole.step();
+    for (int i = 0; i < 2; ++i)
+        half.step();
+    EXPECT_GT(half.save(folder / "kept"), 64u * 64 * 3 * sizeof(float));
+    Recovery resumed(device(), scene, targets, paintingOptions());
+    EXPECT_FALSE(resumed.resume(folder / "none"));
+    std::vector<Warning> warnings;
+    ASSERT_TRUE(resumed.resume(folder / "kept", &warnings));
+    EXPECT_TRUE(warnings.empty()) << warnings.front().text;
+    EXPECT_EQ(resumed.steps(), 2u);
+    ASSERT_EQ(resumed.history().size(), 2u);
+    for (int i = 0; i < 2; ++i)
+        resumed.step();
+    EXPECT_EQ(resumed.values(kPainting), whole.values(kPainting));
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(resumed.history().at(i).loss, whole.history().at(i).loss);
+
+    RecoveryOptions others = paintingOptions();
+    others.sppGradient = 8;
+    Recovery other(device(), scene, targets, others);
+    const Error error = errorOf([&] { other.resume(folder / "kept"); });
+    EXPECT_EQ(error.kind, ErrorKind::Usage);
+    EXPECT_NE(std::string(error.what()).find("spp-gradient differs: it has 4, this one 8"), std::string::npos) << error.what();
+    EXPECT_EQ(error.options, (std::vector<std::string>{"spp-gradient", "resume"}));
+    Recovery beside(device(), scene, {smallTarget(2)}, paintingOptions());
+    const Error of = errorOf([&] { beside.resume(folder / "kept"); });
+    EXPECT_EQ(of.kind, ErrorKind::Input);
+    EXPECT_NE(std::string(of.what()).find("the target differs"), std::string::npos) << of.what();
+}
+
+TEST(LibraryRecovery, ShowsWhatItBeganWithAndWhatItDid) {
+    const Scene scene = greyScene();
+    Recovery recovery(device(), scene, {smallTarget()}, paintingOptions());
+    const Image start = recovery.image(0, 4);
+    int shown = 0;
+    recovery.onImage([&](std::size_t target, const Image& image) {
+        EXPECT_EQ(target, 0u);
+        EXPECT_EQ(image.width, 32);
+        ++shown;
+    });
+    recovery.prepare();
+    const RecoveryStep step = recovery.step();
+    EXPECT_EQ(shown, 1);
+    EXPECT_GE(step.paths, 32u * 32 * 16);
+    EXPECT_LE(step.imageSeconds + step.gradientSeconds + step.updateSeconds, step.seconds);
+    // Between two passes of other values nothing of them stays behind.
+    const Image after = recovery.image(0, 4);
+    EXPECT_NE(after.values, start.values);
+    EXPECT_EQ(recovery.image(0, 4, true).values, start.values);
+    EXPECT_EQ(recovery.image(0, 4).values, after.values);
+    const PassReport report = recovery.report();
+    EXPECT_EQ(report.width, 32);
+    EXPECT_GT(report.paths, step.paths);
+    EXPECT_TRUE(report.guided);
+    EXPECT_TRUE(report.dropped.empty() || report.dropped.begin()->second == 0);
+    EXPECT_EQ(recovery.step().step, 1u);
+}
+
+TEST(LibraryRecovery, GradientsReachTheirErrorAndGuidesAreKept) {
+    const Folder folder;
+    RecoveryOptions options = paintingOptions();
+    options.errorTarget = 0.5;
+    options.sppGradient = 64;
+    options.paths.guide.keep = true;
+    Recovery recovery(device(), greyScene(), {smallTarget()}, options);
+    recovery.step();
+    recovery.step();
+    EXPECT_GE(recovery.errors().gradients, 2u);
+    EXPECT_EQ(recovery.errors().missed, 0u);
+    recovery.saveGuide(folder / "guide");
+    options.paths.guide.load = folder / "guide";
+    EXPECT_GT(Recovery(device(), greyScene(), {smallTarget()}, options).step().loss, 0);
+    options.sppGradient = 4;
+    EXPECT_EQ(errorOf([&] { Recovery(device(), greyScene(), {smallTarget()}, options); }).options, std::vector<std::string>{"spp-gradient"});
+}
+
+TEST(LibraryRecovery, AStepThatIsEndedCanBeDoneAgain) {
+    const Scene scene = greyScene();
+    const std::vector<Target> targets{smallTarget()};
+    Recovery ended(device(), scene, targets, paintingOptions()), whole(device(), scene, targets, paintingOptions());
+    struct Ended {};
+    int calls = 0;
+    ended.onSubmission([&] {
+        if (++calls == 4)
+            throw Ended{};
+    });
+    EXPECT_THROW(ended.step(), Ended);
+    EXPECT_EQ(ended.steps(), 0u);
+    for (int i = 0; i < 2; ++i) {
+        ended.step();
+        whole.step();
+    }
+    EXPECT_EQ(ended.values(kPainting), whole.values(kPainting));
+}
+
+TEST(LibraryRecovery, RefusesWhatMakesNoSense) {
+    const Scene scene = Scene::load(kBox);
+    const std::vector<Target> targets{{"", Image(16, 16, 3, 0.5f)}};
+    const auto refuses = [&](const auto& change) {
+        RecoveryOptions options = paintingOptions();
+        change(options);
+        return errorOf([&] { Recovery(device(), scene, targets, options); });
+    };
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.parameters.clear(); }).options, std::vector<std::string>{"param"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.steps = 0; }).options, std::vector<std::string>{"steps"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.sppDifference = 1; }).options, std::vector<std::string>{"spp-difference"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) { o.rates = {{"colour", 0.1f}}; }).options, std::vector<std::string>{"rate"});
+    EXPECT_EQ(refuses([](RecoveryOptions& o) {
+                  o.optimizer = OptimizerKind::GaussNewton;
+                  o.loss = Loss::L1;
+              }).kind,
+              ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { Recovery(device(), scene, {}, paintingOptions()); }).options, std::vector<std::string>{"target"});
+    EXPECT_EQ(errorOf([&] { Recovery(device(), scene, {{"nobody", Image(8, 8, 3)}}, paintingOptions()); }).kind, ErrorKind::Usage);
+}
+
+} // namespace
+} // namespace cmpg::test
