@@ -11,8 +11,7 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     config.guiding = usesGuide(options);
     config.learning = usesGuide(options) && options.command == Command::Optimize;
     config.roulette = usesGuide(options) && options.roulette && options.isReverse();
-    const bool steps = options.command == Command::Optimize || (options.command == Command::Compare && options.mode == "optimize");
-    config.differences = steps && options.recovery.sppDifference > 0;
+    config.differences = options.command == Command::Optimize && options.recovery.sppDifference > 0;
     return config;
 }
 
