@@ -35,11 +35,14 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(m.start);
         out.put(m.first);
         out.put(m.second);
-        out.put(m.third);
         out.put(m.products);
         out.put(m.steps);
-        out.put(m.signal);
-        out.put(m.noise);
+        out.count(m.noise.size());
+        for (const SignalNoise& noise : m.noise) {
+            out.put(noise.squares);
+            out.put(noise.signal);
+            out.put(noise.noise);
+        }
     }
     out.put(state.constants.matrix);
     out.put(state.constants.noise);
@@ -93,19 +96,22 @@ RunningImage getRunningImage(ByteReader& in) {
 OptimizeState getState(ByteReader& in) {
     OptimizeState state;
     state.step = in.get<std::uint32_t>();
-    state.moments.resize(in.count(4 + 4 + 8 + 8 + 8 + 4 + 4 + 8 + 8));
+    state.moments.resize(in.count(4 + 4 + 8 + 8 + 4 + 4 + 8));
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
         m.first = in.reals<float>();
         m.second = in.reals<float>();
-        m.third = in.reals<float>();
         m.products = in.get<std::uint32_t>();
         m.steps = in.get<std::uint32_t>();
-        m.signal = in.real();
-        m.noise = in.figure("the noise of a gradient");
-        if (!std::isfinite(m.signal))
-            throw Malformed{"the signal of a gradient is not finite"};
+        m.noise.resize(in.count(8 + 8 + 8));
+        for (SignalNoise& noise : m.noise) {
+            noise.squares = in.reals<float>();
+            noise.signal = in.real();
+            noise.noise = in.figure("the noise of a gradient");
+            if (!std::isfinite(noise.signal))
+                throw Malformed{"the signal of a gradient is not finite"};
+        }
     }
     for (std::vector<double>* values : {&state.constants.matrix, &state.constants.noise, &state.constants.others})
         *values = in.reals<double>();

@@ -144,9 +144,10 @@ std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<c
     std::vector<double> step = boxMinimum(matrix, g, lowest, highest);
     const double weight = moments.steps++ == 0 ? 1 : kShareWeight;
     const double noise = -inner(h, boxMinimum(matrix, h, lowest, highest)), signal = -inner(g, step) - noise;
-    moments.signal += weight * (signal - moments.signal);
-    moments.noise += weight * (noise - moments.noise);
-    const double share = signalShare(moments);
+    SignalNoise& average = moments.noise[0];
+    average.signal += weight * (signal - average.signal);
+    average.noise += weight * (noise - average.noise);
+    const double share = signalShare(average);
     for (double& s : step)
         s *= share;
     return step;

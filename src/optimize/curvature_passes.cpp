@@ -223,7 +223,7 @@ void Optimization::stepConstants(double factor) {
         for (float& v : parameter.values)
             v = std::clamp(float(v + step[at++]), parameter.lowest(), std::min(parameter.highest(), kLargestValue));
         Moments& moments = state_.moments[i];
-        std::tie(moments.signal, moments.noise, moments.steps) = std::tuple(shared.signal, shared.noise, shared.steps);
+        std::tie(moments.noise, moments.steps) = std::tuple(shared.noise, shared.steps);
     }
 }
 

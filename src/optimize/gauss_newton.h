@@ -1,5 +1,5 @@
-// Gauss-Newton steps: a diagonal that bounds the curvature of the loss, the exact curvature of what is known of textures, and a step as long as
-// the noise of the gradient allows.
+// Gauss-Newton steps: a diagonal that bounds the curvature of the loss, the exact curvature of what is known of textures, and steps as long as
+// the noise of the gradient allows, of many texels together before those of single ones.
 #pragma once
 
 #include "optimize/optimizer.h"
@@ -22,16 +22,18 @@ struct NoisyGradient {
     std::vector<double> half;     // half of how two independent halves of it differ: its variance is the mean's
 };
 
-// One update of parameter.values, projected to its range: x += v, v = momentum v - s (D + L)^-1 g, with |v| at most `rate` times
-// kNewtonReach. s is the share of the signal in the squared length of the gradient, measured by (D + L)^-1, on average over steps: of a
-// gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. An entry whose noise, of the last steps or of this
-// one, would take it farther than `rate` has a larger D: what few paths reach, and paths that are rare. Entries whose gradient is not
-// finite do not move by it; returns how many.
+// One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach. u is the sum of steps on
+// ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 P^T r, with r what the coarser ones leave of the
+// gradient, g - (D + L) u. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a
+// gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. Noise cancels where a coarse texel adds up many, so what
+// they have in common arrives long before a texel's own value. An entry whose noise, of the last steps or of this one, would take it farther than
+// `rate` has a larger D: what few paths reach, and paths that are rare. Where L is 0 there is the texture's grid alone. Entries whose gradient is not finite
+// do not move by it; returns how many.
 std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments,
                                   Parameter& parameter);
 
-// The share of the signal, from 0 to 1, as the next update begins with; 1 before the first.
-double signalShare(const Moments& moments);
+// The share of the signal, from 0 to 1; 1 before anything was measured.
+double signalShare(const SignalNoise& noise);
 
 constexpr double kNewtonReach = 10; // times the rate: the largest step of an entry
 

@@ -186,7 +186,7 @@ std::uint32_t Optimization::imageSamples() const {
     double share = newton() ? 0 : 1;
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         if (method(i) == OptimizerKind::GaussNewton)
-            share = std::max(share, signalShare(state_.moments[i]));
+            share = std::max(share, signalShare(state_.moments[i].noise[0]));
     constexpr double kLeast = 2; // of both halves
     return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * share));
 }
@@ -335,7 +335,8 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         const std::size_t entries = scene_.parameters[parameters_[i]].entries();
         const Moments& moments = state.moments[i];
         fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
-               moments.second.size() == state_.moments[i].second.size() && moments.third.size() == state_.moments[i].third.size();
+               moments.second.size() == state_.moments[i].second.size() && !moments.noise.empty() &&
+               (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);
     }
     fits = fits && state.imageValues.size() == (state.images.empty() ? 0 : parameters_.size()) && (state.images.empty() || state.images.size() == model_.views());
     for (std::size_t i = 0; fits && i < state.imageValues.size(); ++i)

@@ -127,8 +127,6 @@ Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter
     moments.first.assign(parameter.entries(), 0.f);
     if (config.kind != OptimizerKind::Sgd)
         moments.second.assign(parameter.entries(), 0.f);
-    if (config.kind == OptimizerKind::Auto || config.kind == OptimizerKind::GaussNewton)
-        moments.third.assign(parameter.entries(), 0.f);
     if (std::isinf(parameter.highest())) {
         const double sum = orderedSum<double>(parameter.entries(), kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
             double part = 0;

@@ -54,15 +54,20 @@ double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps
 // What a parameter of a kind is optimised with; never Auto. `newton`: Gauss-Newton has what it needs.
 OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton);
 
+// What Gauss-Newton remembers of the noise of a gradient, of a texture or of coarser texels.
+struct SignalNoise {
+    std::vector<float> squares;   // by entry: average square of the gradient's noise; empty for constants, which step together
+    double signal = 0, noise = 0; // averages of the gradient's squared length without noise, and of that of its noise
+};
+
 // What an optimiser remembers of one parameter.
 struct Moments {
     float unit = 1;                   // what the rate is multiplied by: fixed from the starting values
     std::uint32_t start = 0;          // step of the run that they begin at
     std::vector<float> first, second; // second is empty for SGD; of Gauss-Newton: the last step, and the diagonal that bounds the curvature
     // Of Gauss-Newton alone:
-    std::vector<float> third;                // average square of the noise of an entry of the gradient
-    std::uint32_t products = 0, steps = 0;   // how often the curvature was measured, and steps since `start`
-    double signal = 0, noise = 0;            // averages of the gradient's squared length without noise, and of that of its noise
+    std::uint32_t products = 0, steps = 0; // how often the curvature was measured, and steps since `start`
+    std::vector<SignalNoise> noise{1};   // of the texture, then of ever coarser grids
 };
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter);
 

@@ -44,21 +44,17 @@ double pairs(const float* from, const float* to, std::size_t count, std::size_t 
     return double(channels) * sum;
 }
 
-struct Wraps {
-    bool u, v;
-};
-
-Wraps wrapsOf(const Parameter& parameter) {
+TextureGrid gridOf(const Parameter& parameter) {
     const bool environment = parameter.kind == SlotKind::Radiance;
-    return {parameter.width > 1 && (environment || parameter.wrapU == Wrap::Repeat),
+    return {parameter.width, parameter.height, parameter.channels, parameter.width > 1 && (environment || parameter.wrapU == Wrap::Repeat),
             parameter.height > 1 && !environment && parameter.wrapV == Wrap::Repeat};
 }
 
 } // namespace
 
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon) {
-    const std::size_t width = parameter.width, height = parameter.height, channels = parameter.channels, row = width * channels;
-    const bool wrapU = wrapsOf(parameter).u, wrapV = wrapsOf(parameter).v;
+    const auto [width, height, channels, wrapU, wrapV] = gridOf(parameter);
+    const std::size_t row = width * channels;
     const double scale = weight / double(parameter.entries());
 
     // Every row gathers its own gradient, so that no two threads write to one entry. The value of a vertical pair is counted by the
@@ -94,52 +90,79 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
     return scale * sum;
 }
 
-TotalVariationBound::TotalVariationBound(const Parameter& parameter)
-    : width_(parameter.width), height_(parameter.height), channels_(parameter.channels), wrapU_(wrapsOf(parameter).u),
-      wrapV_(wrapsOf(parameter).v) {}
+TotalVariationBound::TotalVariationBound(const Parameter& parameter) : grid_(gridOf(parameter)) {}
 
 void TotalVariationBound::add(const Parameter& parameter, double weight, double epsilon) {
-    const std::size_t row = width_ * channels_;
-    right_.resize(width_ * height_);
-    below_.resize(width_ * height_);
+    const std::size_t row = grid_.width * grid_.channels;
+    right_.resize(grid_.width * grid_.height);
+    below_.resize(grid_.width * grid_.height);
     const double scale = weight / double(parameter.entries());
     const float* values = parameter.values.data();
     // Of the pairs of `count` texels from entry `from` and from entry `to` on.
     const auto add = [&](std::size_t from, std::size_t to, std::size_t count, std::vector<double>& square, float* weights) {
-        meanSquares(values + from, values + to, count, channels_, square.data());
+        meanSquares(values + from, values + to, count, grid_.channels, square.data());
         for (std::size_t i = 0; i < count; ++i)
-            weights[from / channels_ + i] += float(scale / std::sqrt(square[i] + epsilon * epsilon));
+            weights[from / grid_.channels + i] += float(scale / std::sqrt(square[i] + epsilon * epsilon));
     };
-    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        std::vector<double> square(width_);
+    parallelFor(grid_.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        std::vector<double> square(grid_.width);
         for (std::size_t y = begin; y < end; ++y) {
-            add(y * row, y * row + channels_, width_ - 1, square, right_.data());
-            if (wrapU_)
-                add(y * row + row - channels_, y * row, 1, square, right_.data());
-            if (y + 1 < height_ || wrapV_)
-                add(y * row, (y + 1) % height_ * row, width_, square, below_.data());
+            add(y * row, y * row + grid_.channels, grid_.width - 1, square, right_.data());
+            if (grid_.wrapU)
+                add(y * row + row - grid_.channels, y * row, 1, square, right_.data());
+            if (y + 1 < grid_.height || grid_.wrapV)
+                add(y * row, (y + 1) % grid_.height * row, grid_.width, square, below_.data());
         }
     });
 }
 
+TotalVariationBound TotalVariationBound::coarser(const CoarseTexture& texture) const {
+    const TextureGrid& to = texture.coarse();
+    TotalVariationBound result(to);
+    result.right_.resize(to.width * to.height);
+    result.below_.resize(to.width * to.height);
+    if (empty())
+        return result;
+    // The coarse pair, or texel, that a fine edge or centre at `place` lies in; the number of them where it is in none.
+    const auto pairAt = [](double place, std::size_t fine, std::size_t coarse, bool wraps) {
+        const auto at = std::ptrdiff_t(std::floor(place * double(coarse) / double(fine) - 0.5)), count = std::ptrdiff_t(coarse);
+        if (wraps)
+            return std::size_t((at + count) % count);
+        return at < 0 || at + 1 >= count ? coarse : std::size_t(at);
+    };
+    const auto texelAt = [](std::size_t place, std::size_t fine, std::size_t coarse) { return (2 * place + 1) * coarse / (2 * fine); };
+    const double across = double(to.width) / double(grid_.width), down = double(to.height) / double(grid_.height);
+    for (std::size_t y = 0; y < grid_.height; ++y) {
+        const std::size_t row = texelAt(y, grid_.height, to.height), between = pairAt(double(y) + 1, grid_.height, to.height, to.wrapV);
+        for (std::size_t x = 0; x < grid_.width; ++x) {
+            const std::size_t i = y * grid_.width + x;
+            if (const std::size_t pair = pairAt(double(x) + 1, grid_.width, to.width, to.wrapU); pair < to.width)
+                result.right_[row * to.width + pair] += float(across * across) * right_[i];
+            if (between < to.height)
+                result.below_[between * to.width + texelAt(x, grid_.width, to.width)] += float(down * down) * below_[i];
+        }
+    }
+    return result;
+}
+
 template <class Row> void TotalVariationBound::forRows(const Row& row) const {
-    const std::size_t length = width_ * channels_;
-    parallelFor(height_, kChunkRows, [&](std::size_t begin, std::size_t end) {
+    const std::size_t length = grid_.width * grid_.channels;
+    parallelFor(grid_.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
         std::vector<float> entries[4];
-        // The weights of texels y * width_ + x for each of their channels, so that loops over entries can be vectorised.
+        // The weights of texels y * grid_.width + x for each of their channels, so that loops over entries can be vectorised.
         const auto spread = [&](const std::vector<float>& weights, std::size_t y, std::vector<float>& out) {
             out.resize(length);
-            for (std::size_t x = 0; x < width_; ++x)
-                std::fill_n(out.data() + x * channels_, channels_, weights[y * width_ + x]);
+            for (std::size_t x = 0; x < grid_.width; ++x)
+                std::fill_n(out.data() + x * grid_.channels, grid_.channels, weights[y * grid_.width + x]);
         };
         for (std::size_t y = begin; y < end; ++y) {
             auto& [right, left, below, above] = entries;
             // The last of a row, and the last row, have weight 0 where nothing wraps.
             spread(right_, y, right);
             left = right;
-            std::rotate(left.begin(), left.end() - std::ptrdiff_t(channels_), left.end());
+            std::rotate(left.begin(), left.end() - std::ptrdiff_t(grid_.channels), left.end());
             spread(below_, y, below);
-            spread(below_, (y + height_ - 1) % height_, above);
+            spread(below_, (y + grid_.height - 1) % grid_.height, above);
             row(y * length, Weights{right.data(), left.data(), below.data(), above.data()});
         }
     });
@@ -147,13 +170,13 @@ template <class Row> void TotalVariationBound::forRows(const Row& row) const {
 
 void TotalVariationBound::diagonal(std::span<const float> own, std::span<float> out) const {
     forRows([&](std::size_t begin, const Weights& w) {
-        for (std::size_t i = 0; i < width_ * channels_; ++i)
+        for (std::size_t i = 0; i < grid_.width * grid_.channels; ++i)
             out[begin + i] = own[begin + i] + w.right[i] + w.left[i] + w.below[i] + w.above[i];
     });
 }
 
 void TotalVariationBound::multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const {
-    const std::size_t length = width_ * channels_, last = length * (height_ - 1);
+    const std::size_t length = grid_.width * grid_.channels, last = length * (grid_.height - 1);
     forRows([&](std::size_t begin, const Weights& w) {
         const float* here = x.data() + begin;
         const float *under = x.data() + (begin < last ? begin + length : 0), *above = x.data() + (begin > 0 ? begin - length : last);
@@ -163,12 +186,12 @@ void TotalVariationBound::multiply(std::span<const float> own, std::span<const f
             to[i] = own[begin + i] * value + w.right[i] * (value - here[next]) + w.left[i] * (value - here[before]) + w.below[i] * (value - under[i]) +
                     w.above[i] * (value - above[i]);
         };
-        for (std::size_t i = 0; i < channels_; ++i)
-            entry(i, (i + channels_) % length, length - channels_ + i);
-        for (std::size_t i = channels_; i + channels_ < length; ++i)
-            entry(i, i + channels_, i - channels_);
-        for (std::size_t i = std::max(channels_, length - channels_); i < length; ++i)
-            entry(i, i + channels_ - length, i - channels_);
+        for (std::size_t i = 0; i < grid_.channels; ++i)
+            entry(i, (i + grid_.channels) % length, length - grid_.channels + i);
+        for (std::size_t i = grid_.channels; i + grid_.channels < length; ++i)
+            entry(i, i + grid_.channels, i - grid_.channels);
+        for (std::size_t i = std::max(grid_.channels, length - grid_.channels); i < length; ++i)
+            entry(i, i + grid_.channels - length, i - grid_.channels);
     });
 }
 

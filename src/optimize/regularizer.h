@@ -1,6 +1,7 @@
 // Total variation of a texture.
 #pragma once
 
+#include "optimize/coarse_texture.h"
 #include "scene/scene.h"
 
 #include <span>
@@ -27,11 +28,15 @@ class TotalVariationBound {
     explicit TotalVariationBound(const Parameter& parameter);
     void add(const Parameter& parameter, double weight, double epsilon); // of the same shape
     bool empty() const { return right_.empty(); }                        // L = 0
+    const TextureGrid& grid() const { return grid_; }
+    // About P^T L P: a coarse pair has the weights of the fine ones between its two texels, times the squared share of its difference that is across each.
+    TotalVariationBound coarser(const CoarseTexture& texture) const;
     // out = own + the diagonal of L; out = (diagonal matrix `own` + L) x. entries() each.
     void diagonal(std::span<const float> own, std::span<float> out) const;
     void multiply(std::span<const float> own, std::span<const float> x, std::span<float> out) const;
 
   private:
+    explicit TotalVariationBound(const TextureGrid& grid) : grid_(grid) {}
     // Of each entry of a row and its neighbours.
     struct Weights {
         const float *right, *left, *below, *above;
@@ -39,8 +44,7 @@ class TotalVariationBound {
     // Calls row(first entry, weights) for every row.
     template <class Row> void forRows(const Row& row) const;
 
-    std::size_t width_, height_, channels_;
-    bool wrapU_, wrapV_;
+    TextureGrid grid_;
     std::vector<float> right_, below_; // weights of the pairs of a texel and the one to its right, and below; 0 where there is none
 };
 

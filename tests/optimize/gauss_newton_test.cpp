@@ -123,7 +123,39 @@ TEST(GaussNewton, FollowsNoNoise) {
     for (const float value : texture.values)
         squares += (double(value) - 0.5) * (double(value) - 0.5) / double(count);
     EXPECT_LT(std::sqrt(squares), 0.5 * kNoise); // full steps and their momentum leave 1.15 kNoise
-    EXPECT_LT(moments.signal, moments.noise);
+    EXPECT_LT(moments.noise[0].signal, moments.noise[0].noise);
+}
+
+// Where the noise of a texel is ten times what separates it from its value, and that of all texels together a third of it, what they have in
+// common arrives within a few steps, and texels hold still meanwhile.
+TEST(GaussNewton, FollowsWhatTexelsHaveInCommon) {
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 32, 32, 3, 0.8f);
+    Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
+    const std::size_t count = texture.entries();
+    std::vector<double> gradient(count), half(count);
+    addCurvature(std::vector<double>(count, 0.05), 0.05f, moments); // curvature 1
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal(0, 4 * std::sqrt(2));
+    for (int step = 0; step < 12; ++step) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const double a = normal(random), b = normal(random);
+            gradient[i] = double(texture.values[i]) - 0.4 + 0.5 * (a + b);
+            half[i] = 0.5 * (a - b);
+        }
+        TotalVariationBound known(texture);
+        known.add(texture, 10.0 * double(count), 0.01);
+        addTotalVariation(texture, 10.0 * double(count), gradient, 0.01);
+        updateByGaussNewton(0.04, {gradient, half}, known, moments, texture);
+    }
+    double sum = 0, squares = 0;
+    for (const float value : texture.values) {
+        sum += value / double(count);
+        squares += (double(value) - 0.4) * (double(value) - 0.4) / double(count);
+    }
+    EXPECT_NEAR(sum, 0.4, 0.1); // a step on the texture alone is bounded by its noise: 0.04 / 4 of what is left
+    EXPECT_LT(std::sqrt(squares), 0.15);
+    ASSERT_EQ(moments.noise.size(), 4u); // 32, 8, 2 and 1 texels wide
+    EXPECT_LT(signalShare(moments.noise[0]), 0.1);
 }
 
 TEST(GaussNewton, StandsAnyGradient) {
@@ -141,7 +173,7 @@ TEST(GaussNewton, StandsAnyGradient) {
         EXPECT_EQ(updateByGaussNewton(0.02, {gradient, gradient}, known, moments, texture), 2u) << bad;
         for (const float value : texture.values)
             EXPECT_TRUE(value >= 0 && value <= 1) << bad;
-        EXPECT_TRUE(std::isfinite(moments.signal) && std::isfinite(moments.noise)) << bad;
+        EXPECT_TRUE(std::isfinite(moments.noise[0].signal) && std::isfinite(moments.noise[0].noise)) << bad;
     }
     // Nothing is known of the curvature: no path met the texture. It stays.
     Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f);

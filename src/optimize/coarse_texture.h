@@ -1,0 +1,44 @@
+// A texture's entries on a coarser grid: what a step of many texels together is solved on.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace cmpg {
+
+// Texels of a grid with the channels of one, and whether it repeats.
+struct TextureGrid {
+    std::size_t width = 1, height = 1, channels = 1;
+    bool wrapU = false, wrapV = false;
+
+    std::size_t entries() const { return width * height * channels; }
+    // A quarter of the texels along each side, rounded up.
+    TextureGrid coarser() const;
+};
+
+// Between a grid and the coarser one: P interpolates linearly between the centres of coarse texels, and is constant beyond the outermost where nothing
+// repeats. Each of its rows sums to 1. Sums have a fixed order.
+class CoarseTexture {
+  public:
+    explicit CoarseTexture(const TextureGrid& fine);
+    const TextureGrid& fine() const { return fine_; }
+    const TextureGrid& coarse() const { return coarse_; }
+    // P^T x, coarse().entries().
+    std::vector<float> gather(std::span<const float> x) const;
+    // x += P coarse.
+    void spread(std::span<const float> coarse, std::span<float> x) const;
+
+  private:
+    struct Between { // of a fine row or column: the coarse ones about it, and the share of the second
+        std::size_t first, second;
+        float share;
+    };
+    static std::vector<Between> between(std::size_t fine, std::size_t coarse, bool wraps);
+
+    TextureGrid fine_, coarse_;
+    std::vector<Between> columns_, rows_;
+    std::vector<std::vector<std::size_t>> rowsOf_; // by coarse row: the fine ones it is part of
+};
+
+} // namespace cmpg

@@ -1,0 +1,29 @@
+// Loops over the entries of a texture, on all threads; sums have a fixed order.
+#pragma once
+
+#include "base/parallel.h"
+#include "optimize/ordered_sum.h"
+
+#include <cstddef>
+
+namespace cmpg {
+
+constexpr std::size_t kEntriesAtOnce = 1 << 15;
+
+template <class Entry> void forEachEntry(std::size_t count, const Entry& entry) {
+    parallelFor(count, kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            entry(i);
+    });
+}
+
+template <class Term> double sumOfEntries(std::size_t count, const Term& term) {
+    return orderedSum<double>(count, kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            sum += term(i);
+        return sum;
+    });
+}
+
+} // namespace cmpg

@@ -1,0 +1,68 @@
+// D + L of a texture, and steps by it.
+#include "optimize/texture_curvature.h"
+
+#include "optimize/entry_loops.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace cmpg {
+namespace {
+
+constexpr double kLeastCurvature = 1e-3; // of the mean: entries that no path met in the passes that measured it
+constexpr int kIterations = 30;          // of conjugate gradients: what is known spreads over so many texels in a step
+constexpr double kTolerance = 1e-3;      // of the residual's norm
+
+double dot(std::span<const float> a, std::span<const float> b) {
+    return sumOfEntries(a.size(), [&](std::size_t i) { return double(a[i]) * b[i]; });
+}
+
+} // namespace
+
+TextureCurvature::TextureCurvature(const TotalVariationBound& known, std::span<const float> measured, std::vector<float> deviation, float stray)
+    : known_(known), own_(std::move(deviation)), inverse_(measured.size()) {
+    constexpr float kLeast = std::numeric_limits<float>::min(); // below, nothing depends on an entry
+    const double mean = sumOfEntries(measured.size(), [&](std::size_t i) { return double(measured[i]); }) / double(std::max<std::size_t>(1, measured.size()));
+    const auto least = float(kLeastCurvature * mean);
+    forEachEntry(own_.size(), [&](std::size_t i) { own_[i] = std::max(measured[i] + least, own_[i] / stray); });
+    if (known_.empty())
+        inverse_ = own_;
+    else
+        known_.diagonal(own_, inverse_);
+    forEachEntry(own_.size(), [&](std::size_t i) { inverse_[i] = inverse_[i] >= kLeast ? 1 / inverse_[i] : 0.f; });
+}
+
+double TextureCurvature::length(std::span<const float> gradient) const {
+    return sumOfEntries(gradient.size(), [&](std::size_t i) { return double(gradient[i]) * gradient[i] * inverse_[i]; });
+}
+
+std::vector<float> TextureCurvature::solve(std::vector<float> gradient) const {
+    const std::size_t count = gradient.size();
+    std::vector<float> residual = std::move(gradient), scaled(count);
+    forEachEntry(count, [&](std::size_t i) { scaled[i] = inverse_[i] * residual[i]; });
+    if (known_.empty())
+        return scaled;
+    std::vector<float> x(count), direction = scaled, image(count);
+    double length = dot(residual, scaled);
+    const double enough = length * kTolerance * kTolerance;
+    for (int k = 0; k < kIterations && length > enough; ++k) {
+        known_.multiply(own_, direction, image);
+        const double curvature = dot(direction, image);
+        if (!(curvature > 0))
+            break;
+        const auto step = float(length / curvature);
+        forEachEntry(count, [&](std::size_t i) {
+            x[i] += step * direction[i];
+            residual[i] -= step * image[i];
+            scaled[i] = inverse_[i] * residual[i];
+        });
+        const double next = dot(residual, scaled);
+        const auto turn = float(next / length);
+        forEachEntry(count, [&](std::size_t i) { direction[i] = scaled[i] + turn * direction[i]; });
+        length = next;
+    }
+    return x;
+}
+
+} // namespace cmpg
