@@ -23,6 +23,13 @@ bool isUsable(float value) { return value * value <= std::numeric_limits<float>:
 
 float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) : 0.f; }
 
+// How far an entry may go in a step.
+double reachOf(SlotKind kind, double rate) {
+    constexpr double kLinear = 0.04; // of roughness: images are far from linear in it, and farther steps end where they began or worse
+    const double reach = std::min(kNewtonReach * rate, 1e30);
+    return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness ? std::min(reach, kLinear) : reach;
+}
+
 // A gradient as one of the grids sees it, and what that grid's texels remember.
 struct Grid {
     const TotalVariationBound& known;
@@ -140,7 +147,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
     }
     const auto share = float(signalShare(moments.noise[0]));
-    const float reach = float(std::min(kNewtonReach * rate, 1e30)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
+    const float reach = float(reachOf(parameter.kind, rate)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();
     float* velocity = moments.first.data();
     const float along = kMomentum + (kMostMomentum - kMomentum) * share;

@@ -22,7 +22,7 @@ struct NoisyGradient {
     std::vector<double> half;     // half of how two independent halves of it differ: its variance is the mean's
 };
 
-// One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach. u is the sum of steps on
+// One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach, and 0.04 of roughness. u is the sum of steps on
 // ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 P^T r, with r what the coarser ones leave of the
 // gradient, g - (D + L) u. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a
 // gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. Noise cancels where a coarse texel adds up many, so what

@@ -354,7 +354,8 @@ TEST(GaussNewton, SaysWhatItNeeds) {
     EXPECT_TRUE(refused([](OptimizeConfig& c) { c.viewsPerStep = 1; }));
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, true), OptimizerKind::GaussNewton);
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, false), OptimizerKind::Adam);
-    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Roughness, true), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Roughness, true), OptimizerKind::GaussNewton);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Normal, true), OptimizerKind::Adam);
     EXPECT_EQ(methodOf(OptimizerKind::Sgd, SlotKind::BaseColor, true), OptimizerKind::Sgd);
 }
 
