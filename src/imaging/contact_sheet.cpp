@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18, kColumns = 4;
 constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
-constexpr int kTextZoom = 2, kTextRow = 22;
+constexpr int kTextRow = 22;
+constexpr double kTextSize = 20;
 constexpr std::size_t kMostRows = 6, kMostConstants = 16; // the picture keeps a sensible size
 
 int column(int index) { return kMargin + index * kStride; }
@@ -32,22 +33,22 @@ Image shown(const Image& image, float factor, float offset = 0) {
 
 // As many characters as fit the width of a panel.
 std::string fitted(std::string text) {
-    while (Canvas::textWidth(text) > kPanel)
+    while (Drawing::textWidth(text) > kPanel)
         text.pop_back();
     return text;
 }
 
-void drawPicture(Canvas& canvas, int x, int y, const std::string& caption, const Image& picture) {
-    canvas.text(x, y, fitted(caption));
+void drawPicture(Drawing& drawing, int x, int y, const std::string& caption, const Image& picture) {
+    drawing.label(x, y, fitted(caption));
     if (!picture.values.empty())
-        canvas.picture(x, y + kCaption, kPanel, kPanel, picture);
+        drawing.image(x, y + kCaption, kPanel, kPanel, picture);
 }
 
-void drawSigned(Canvas& canvas, int x, int y, const std::string& caption, const Image& image) {
+void drawSigned(Drawing& drawing, int x, int y, const std::string& caption, const Image& image) {
     const Image values = channelMean(image);
     const double scale = signedScale(values);
-    drawPicture(canvas, x, y, caption, colorSigned(values, scale));
-    drawSignedLegend(canvas, x, y + kCaption + kPanel + 4, kPanel, scale);
+    drawPicture(drawing, x, y, caption, colorSigned(values, scale));
+    drawSignedLegend(drawing, x, y + kCaption + kPanel + 4, kPanel, scale);
 }
 
 Image difference(const Image& a, const Image& b) {
@@ -57,23 +58,23 @@ Image difference(const Image& a, const Image& b) {
     return result;
 }
 
-void drawView(Canvas& canvas, int y, const ContactSheet::ViewRow& view, float factor) {
+void drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float factor) {
     const std::string suffix = view.name.empty() ? "" : ", " + view.name;
-    drawPicture(canvas, column(0), y, "target" + suffix, shown(view.target, factor));
-    drawPicture(canvas, column(1), y, "initial", shown(view.initial, factor));
-    drawPicture(canvas, column(2), y, "recovered", shown(view.recovered, factor));
+    drawPicture(drawing, column(0), y, "target" + suffix, shown(view.target, factor));
+    drawPicture(drawing, column(1), y, "initial", shown(view.initial, factor));
+    drawPicture(drawing, column(2), y, "recovered", shown(view.recovered, factor));
     if (!view.recovered.values.empty())
-        drawSigned(canvas, column(3), y, "recovered - target, mean of the channels", difference(view.recovered, view.target));
+        drawSigned(drawing, column(3), y, "recovered - target, mean of the channels", difference(view.recovered, view.target));
 }
 
 // Normals are shown as they are kept in files; light, which has no upper bound, with one exposure at both ends.
-void drawTexture(Canvas& canvas, int y, const ContactSheet::ParameterRow& row) {
+void drawTexture(Drawing& drawing, int y, const ContactSheet::ParameterRow& row) {
     const bool normal = row.kind == SlotKind::Normal, light = emitsLight(row.kind);
     const float factor = normal ? 0.5f : light ? exposureFor({&row.start, &row.end}) : 1.f, offset = normal ? 0.5f : 0.f;
-    drawPicture(canvas, column(0), y, row.name + ", start", shown(row.start, factor, offset));
-    drawPicture(canvas, column(1), y, row.name + ", end", shown(row.end, factor, offset));
-    drawSigned(canvas, column(2), y, "change, mean of the channels", difference(row.end, row.start));
-    drawSigned(canvas, column(3), y, "gradient of the last step, mean of the channels", row.gradient);
+    drawPicture(drawing, column(0), y, row.name + ", start", shown(row.start, factor, offset));
+    drawPicture(drawing, column(1), y, row.name + ", end", shown(row.end, factor, offset));
+    drawSigned(drawing, column(2), y, "change, mean of the channels", difference(row.end, row.start));
+    drawSigned(drawing, column(3), y, "gradient of the last step, mean of the channels", row.gradient);
 }
 
 std::string numbers(const Image& image) {
@@ -86,12 +87,12 @@ std::string numbers(const Image& image) {
     return text;
 }
 
-void drawConstants(Canvas& canvas, int y, std::span<const ContactSheet::ParameterRow* const> rows, std::size_t all) {
+void drawConstants(Drawing& drawing, int y, std::span<const ContactSheet::ParameterRow* const> rows, std::size_t all) {
     const auto line = [&](const std::string& name, const std::string& start, const std::string& end, const std::string& gradient) {
         const std::string cells[kColumns] = {name, start, end, gradient};
         for (int i = 0; i < kColumns; ++i) {
-            const int zoom = Canvas::textWidth(cells[i], kTextZoom) < kPanel ? kTextZoom : 1; // what is long stays whole
-            canvas.text(column(i), y, cells[i], kBlack, zoom);
+            const double size = Drawing::textWidth(cells[i], kTextSize) < kPanel ? kTextSize : Drawing::kLabelSize; // what is long stays whole
+            drawing.label(column(i), y, cells[i], "#000000", size);
         }
         y += kTextRow;
     };
@@ -115,24 +116,24 @@ Image ContactSheet::compose() const {
     const int text = constants.empty() ? 0 : kTextRow * int(1 + constants.size() + (allConstants > constants.size())) + kMargin;
 
     // The loss has a column of its own, as high as it is wide.
-    Canvas canvas(kMargin + (kColumns + 1) * kStride, kTitle + rows * kRow + text);
-    canvas.text(kMargin, kMargin / 2, title, kBlack, 2);
+    Drawing drawing(Drawing::Target::Picture, kMargin + (kColumns + 1) * kStride, kTitle + rows * kRow + text);
+    drawing.label(kMargin, kMargin / 2, title, "#000000", kTextSize);
     std::vector<const Image*> targets;
     for (const ViewRow& row : views)
         targets.push_back(&row.target);
     const float factor = exposureFor(targets);
     int y = kTitle;
     for (int row = 0; row < viewRows; ++row, y += kRow)
-        drawView(canvas, y, views[row], factor);
+        drawView(drawing, y, views[row], factor);
     for (const ParameterRow* row : textures) {
-        drawTexture(canvas, y, *row);
+        drawTexture(drawing, y, *row);
         y += kRow;
     }
     if (!constants.empty())
-        drawConstants(canvas, kTitle + rows * kRow, constants, allConstants);
-    canvas.text(column(kColumns), kTitle, lossError.empty() ? "loss" : "loss, band: one standard error");
-    drawLossCurve(canvas, column(kColumns), kTitle + kCaption, kPanel, kPanel, loss, lossError);
-    return canvas.image();
+        drawConstants(drawing, kTitle + rows * kRow, constants, allConstants);
+    drawing.label(column(kColumns), kTitle, lossError.empty() ? "loss" : "loss, band: one standard error");
+    drawLossCurve(drawing, column(kColumns), kTitle + kCaption, kPanel, kPanel, loss, lossError);
+    return drawing.picture();
 }
 
 } // namespace cmpg

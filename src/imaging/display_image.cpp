@@ -23,10 +23,10 @@ Image signedPicture(const Image& values, double scale) {
     constexpr int kMinimumWidth = 128, kMargin = 6;
     const int zoom = std::max(1, (kMinimumWidth + values.width - 1) / values.width);
     const int width = values.width * zoom, height = values.height * zoom;
-    Canvas canvas(width, height + kMargin + kSignedLegendHeight);
-    canvas.picture(0, 0, width, height, colorSigned(values, scale));
-    drawSignedLegend(canvas, kMargin, height + kMargin, width - 2 * kMargin, scale);
-    return canvas.image();
+    Drawing drawing(Drawing::Target::Picture, width, height + kMargin + kSignedLegendHeight);
+    drawing.image(0, 0, width, height, colorSigned(values, scale));
+    drawSignedLegend(drawing, kMargin, height + kMargin, width - 2 * kMargin, scale);
+    return drawing.picture();
 }
 
 Color heatColor(double t) {

@@ -1,7 +1,7 @@
 // Values as pictures for the eye: exposed, signed, false colours.
 #pragma once
 
-#include "imaging/png_canvas.h"
+#include "imaging/color.h"
 
 #include <cstdint>
 

@@ -1,8 +1,11 @@
-// Plots, drawn by Cairo.
+// Plots and sheets of pictures, drawn by Cairo.
 #include "imaging/drawing.h"
 
+#include "base/error.h"
 #include "imaging/cairo_text.h"
+#include "imaging/fitted_image.h"
 #include "imaging/html.h"
+#include "scene/image_decode.h"
 
 #include <algorithm>
 #include <cairo/cairo-svg.h>
@@ -28,6 +31,8 @@ struct Drawing::Impl {
             cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
         } else {
             surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, int(width), int(height)));
+            if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS)
+                throw Error(ErrorKind::Output, "cannot draw a picture of " + std::to_string(int(width)) + " x " + std::to_string(int(height)));
         }
         context.reset(cairo_create(surface.get()));
         cairo_set_source_rgb(context.get(), 1, 1, 1);
@@ -111,6 +116,10 @@ void Drawing::text(double x, double baseline, const std::string& text, Anchor an
     cairo_new_path(impl_->context.get());
 }
 
+void Drawing::label(double x, double top, const std::string& text, const std::string& color, double size) {
+    this->text(x, top + capitals(size), text, Anchor::Start, color, size);
+}
+
 void Drawing::upwards(double baseline, double middle, const std::string& text) {
     cairo_t* const context = impl_->context.get();
     cairo_save(context);
@@ -120,6 +129,37 @@ void Drawing::upwards(double baseline, double middle, const std::string& text) {
     impl_->letters(text, Anchor::Middle, "#000000", 12);
     cairo_restore(context);
     cairo_new_path(context);
+}
+
+void Drawing::image(int x, int y, int width, int height, const Image& image) {
+    const Image fitted = fittedImage(image, width, height);
+    const CairoSurface pixels(cairo_image_surface_create(CAIRO_FORMAT_RGB24, fitted.width, fitted.height));
+    unsigned char* const data = cairo_image_surface_get_data(pixels.get());
+    for (int j = 0; j < fitted.height; ++j)
+        for (int i = 0; i < fitted.width; ++i) {
+            const float* const value = fitted.at(i, j);
+            const std::uint32_t rgb = std::uint32_t(pngCode(value[0])) << 16 | std::uint32_t(pngCode(value[1])) << 8 | pngCode(value[2]);
+            std::memcpy(data + std::ptrdiff_t(j) * cairo_image_surface_get_stride(pixels.get()) + 4 * i, &rgb, sizeof rgb);
+        }
+    cairo_surface_mark_dirty(pixels.get());
+    cairo_t* const context = impl_->context.get();
+    const int left = x + (width - fitted.width) / 2;
+    cairo_set_source_surface(context, pixels.get(), left, y);
+    cairo_rectangle(context, left, y, fitted.width, fitted.height);
+    cairo_fill(context);
+}
+
+int Drawing::textWidth(const std::string& text, double size) {
+    const CairoSurface surface(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+    const CairoContext context(cairo_create(surface.get()));
+    setFont(context.get(), size);
+    cairo_text_extents_t extents;
+    cairo_text_extents(context.get(), drawableText(text).c_str(), &extents);
+    return int(std::ceil(extents.x_advance));
+}
+
+int Drawing::capitals(double size) {
+    return int(std::lround(0.7 * size));
 }
 
 std::string Drawing::svg() {

@@ -2,6 +2,7 @@
 #include "imaging/guide_maps.h"
 
 #include "imaging/display_image.h"
+#include "imaging/drawing.h"
 #include "imaging/number_text.h"
 
 #include <algorithm>
@@ -13,35 +14,44 @@ namespace {
 constexpr int kEdge = 256, kMapMargin = 12, kAxis = 14, kMapTitle = 34, kMapCaption = 16, kLegend = 30;
 constexpr double kDecades = 4; // between the brightest colour and the darkest; what is less is as dark
 
-void drawMap(Canvas& canvas, int x, int y, const std::string& caption, const Image& map) {
-    canvas.text(x, y, caption);
+template <class Colors> Image colored(const Image& values, Colors&& colors) {
+    Image result(values.width, values.height, 3);
+    for (std::size_t p = 0; p < values.pixels(); ++p) {
+        const Color color = colors(double(values.values[p]));
+        std::copy(color.begin(), color.end(), result.values.begin() + std::ptrdiff_t(3 * p));
+    }
+    return result;
+}
+
+void drawMap(Drawing& drawing, int x, int y, const std::string& caption, const Image& map) {
+    drawing.label(x, y, caption);
     y += kMapCaption;
     const double high = double(*std::max_element(map.values.begin(), map.values.end()));
-    for (int j = 0; j < kEdge; ++j)
-        for (int i = 0; i < kEdge; ++i) {
-            const double density = double(map.at(i, j)[0]);
-            canvas.set(x + i, y + j, density > 0 ? heatColor(1 + std::log10(density / high) / kDecades) : kBlack);
-        }
+    drawing.image(x, y, kEdge, kEdge, colored(map, [&](double density) {
+                      return density > 0 ? heatColor(1 + std::log10(density / high) / kDecades) : kBlack;
+                  }));
     // The map's axes at its corners, then the scale.
-    const Color ink = displayColor(70, 70, 70);
-    canvas.text(x - kAxis, y, "+z", ink);
-    canvas.text(x - kAxis, y + kEdge - Canvas::textHeight(), "-z", ink);
+    const std::string ink = "#464646";
+    drawing.label(x - kAxis, y, "+z", ink);
+    drawing.label(x - kAxis, y + kEdge - Drawing::capitals(), "-z", ink);
     y += kEdge + 4;
     const std::string turn = "2 pi";
-    canvas.text(x, y, "0", ink);
-    canvas.text(x + (kEdge - Canvas::textWidth("azimuth")) / 2, y, "azimuth", ink);
-    canvas.text(x + kEdge - Canvas::textWidth(turn), y, turn, ink);
+    drawing.label(x, y, "0", ink);
+    drawing.label(x + (kEdge - Drawing::textWidth("azimuth")) / 2, y, "azimuth", ink);
+    drawing.label(x + kEdge - Drawing::textWidth(turn), y, turn, ink);
     y += kAxis;
     if (high == 0) {
-        canvas.text(x, y, "nothing known");
+        drawing.label(x, y, "nothing known");
         return;
     }
-    for (int i = 0; i < kEdge; ++i)
-        canvas.rectangle(x + i, y, 1, 10, heatColor((i + 0.5) / kEdge));
+    Image scale(kEdge, 10, 1);
+    for (std::size_t p = 0; p < scale.pixels(); ++p)
+        scale.values[p] = (float(p % kEdge) + 0.5f) / kEdge;
+    drawing.image(x, y, kEdge, 10, colored(scale, heatColor));
     const std::string least = threeDigits(high * std::pow(10.0, -kDecades)), most = threeDigits(high);
-    canvas.text(x, y + 14, least);
-    canvas.text(x + (kEdge - Canvas::textWidth("log, black: 0")) / 2, y + 14, "log, black: 0", ink);
-    canvas.text(x + kEdge - Canvas::textWidth(most), y + 14, most);
+    drawing.label(x, y + 14, least);
+    drawing.label(x + (kEdge - Drawing::textWidth("log, black: 0")) / 2, y + 14, "log, black: 0", ink);
+    drawing.label(x + kEdge - Drawing::textWidth(most), y + 14, most);
 }
 
 } // namespace
@@ -73,10 +83,10 @@ Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, in
 
 Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
     constexpr int kStride = kAxis + kEdge + kMapMargin;
-    Canvas canvas(kMapMargin + 4 * kStride, kMapTitle + kMapCaption + kEdge + kAxis + kLegend + kMapMargin);
-    canvas.text(kMapMargin, kMapMargin / 2,
+    Drawing drawing(Drawing::Target::Picture, kMapMargin + 4 * kStride, kMapTitle + kMapCaption + kEdge + kAxis + kLegend + kMapMargin);
+    drawing.label(kMapMargin, kMapMargin / 2,
                 "cell " + std::to_string(cellNumber) + ", " + threeDigits(cell.weight()) + " records: density over that of uniform directions",
-                kBlack, 2);
+                "#000000", 20);
     const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
     struct Panel {
         std::string caption;
@@ -88,10 +98,10 @@ Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, doubl
                             {threeDigits(wL) + " P + " + threeDigits(wD) + " D", {wL, wD, wD}}};
     int x = kMapMargin + kAxis;
     for (const Panel& panel : panels) {
-        drawMap(canvas, x, kMapTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
+        drawMap(drawing, x, kMapTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
         x += kStride;
     }
-    return canvas.image();
+    return drawing.picture();
 }
 
 } // namespace cmpg

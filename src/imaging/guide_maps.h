@@ -2,7 +2,7 @@
 #pragma once
 
 #include "guiding/field/sd_tree.h"
-#include "imaging/png_canvas.h"
+#include "imaging/color.h"
 
 #include <array>
 

@@ -1,7 +1,6 @@
-// The loss over the steps of an optimisation, as an SVG and drawn into a canvas.
+// The loss over the steps of an optimisation, as an SVG and as a part of a drawing.
 #include "imaging/loss_curve.h"
 
-#include "imaging/drawing.h"
 #include "imaging/number_text.h"
 
 #include <algorithm>
@@ -140,10 +139,8 @@ void draw(Drawing& drawing, double left, double right, double top, double bottom
 
 } // namespace
 
-void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error) {
-    Drawing drawing(Drawing::Target::Picture, width, height);
-    draw(drawing, 48, width - 10, 8, height - 22, loss, error);
-    canvas.picture(x, y, width, height, drawing.picture());
+void drawLossCurve(Drawing& drawing, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error) {
+    draw(drawing, x + 48, x + width - 10, y + 8, y + height - 22, loss, error);
 }
 
 std::string lossCurveSvg(std::span<const double> loss, const std::string& title, std::span<const double> error) {

@@ -1,10 +1,11 @@
-// The loss over the steps of an optimisation, as an SVG and drawn into a canvas.
+// The loss over the steps of an optimisation, as an SVG and as a part of a drawing.
 #pragma once
 
-#include "imaging/png_canvas.h"
+#include "imaging/drawing.h"
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace cmpg {
 
@@ -21,7 +22,7 @@ struct CurveAxes {
 CurveAxes axesOf(std::span<const double> loss);
 
 // `error`: standard error of each value, drawn as a band of one above and below; empty: none is known.
-void drawLossCurve(Canvas& canvas, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error = {});
+void drawLossCurve(Drawing& drawing, int x, int y, int width, int height, std::span<const double> loss, std::span<const double> error = {});
 std::string lossCurveSvg(std::span<const double> loss, const std::string& title, std::span<const double> error = {});
 
 } // namespace cmpg

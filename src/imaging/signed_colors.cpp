@@ -76,17 +76,20 @@ Image colorSigned(const Image& values, double scale) {
     return colors;
 }
 
-void drawSignedLegend(Canvas& canvas, int x, int y, int width, double scale) {
+void drawSignedLegend(Drawing& drawing, int x, int y, int width, double scale) {
     constexpr int kBar = 10;
-    for (int i = 0; i < width; ++i)
-        canvas.rectangle(x + i, y, 1, kBar, signedColor(2 * (i + 0.5) / width - 1));
+    Image ramp(width, kBar, 1);
+    for (int j = 0; j < kBar; ++j)
+        for (int i = 0; i < width; ++i)
+            ramp.at(i, j)[0] = float(2 * (i + 0.5) / width - 1);
+    drawing.image(x, y, width, kBar, colorSigned(ramp, 1));
     char positive[24], negative[24];
     std::snprintf(positive, sizeof positive, "+%.2g", scale);
     std::snprintf(negative, sizeof negative, "-%.2g", scale);
     const int below = y + kBar + 4;
-    canvas.text(x, below, negative);
-    canvas.text(x + (width - Canvas::textWidth("0")) / 2, below, "0");
-    canvas.text(x + width - Canvas::textWidth(positive), below, positive);
+    drawing.label(x, below, negative);
+    drawing.label(x + (width - Drawing::textWidth("0")) / 2, below, "0");
+    drawing.label(x + width - Drawing::textWidth(positive), below, positive);
 }
 
 } // namespace cmpg

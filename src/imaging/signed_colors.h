@@ -1,7 +1,8 @@
 // Diverging colours for signed data: blue below zero, orange above, white at zero.
 #pragma once
 
-#include "imaging/png_canvas.h"
+#include "imaging/color.h"
+#include "imaging/drawing.h"
 
 namespace cmpg {
 
@@ -20,6 +21,6 @@ Image colorSigned(const Image& values, double scale); // one channel in, RGB out
 
 // A bar of the colours with -scale, 0 and scale under it, `width` wide; kSignedLegendHeight high.
 constexpr int kSignedLegendHeight = 24;
-void drawSignedLegend(Canvas& canvas, int x, int y, int width, double scale);
+void drawSignedLegend(Drawing& drawing, int x, int y, int width, double scale);
 
 } // namespace cmpg

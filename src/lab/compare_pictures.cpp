@@ -14,26 +14,26 @@ SignedFigures signedFigures(const std::vector<CaptionedImage>& images) {
     SignedFigures result;
     for (const CaptionedImage& image : images)
         result.figures.push_back({colorSigned(channelMean(image.image), scale), image.caption});
-    Canvas legend(kLegendWidth, kSignedLegendHeight);
+    Drawing legend(Drawing::Target::Picture, kLegendWidth, kSignedLegendHeight);
     drawSignedLegend(legend, 0, 0, kLegendWidth, scale);
     result.legend = "<p class=\"legend\"><img alt=\"from " + shortNumber(-scale) + " (blue) to " + shortNumber(scale) +
-           " (orange)\" src=\"" + pngDataUri(legend.image()) + "\"></p>\n";
+           " (orange)\" src=\"" + pngDataUri(legend.picture()) + "\"></p>\n";
     return result;
 }
 
 Image signedStrip(const std::vector<std::pair<std::string, Image>>& images) {
-    constexpr int kEdge = 256, kGap = 8, kZoom = 2;
+    constexpr int kEdge = 256, kGap = 8, kLetters = 20;
     const double scale = signedScale(channelMean(images.front().second));
-    const int label = Canvas::textHeight(kZoom) + kGap;
+    const int label = Drawing::capitals(kLetters) + kGap;
     const int count = int(images.size());
-    Canvas canvas(count * (kEdge + kGap) + kGap, kGap + label + kEdge + kGap + kSignedLegendHeight + kGap);
+    Drawing drawing(Drawing::Target::Picture, count * (kEdge + kGap) + kGap, kGap + label + kEdge + kGap + kSignedLegendHeight + kGap);
     for (int i = 0; i < count; ++i) {
         const int x = kGap + i * (kEdge + kGap);
-        canvas.text(x, kGap, images[std::size_t(i)].first, kBlack, kZoom);
-        canvas.picture(x, kGap + label, kEdge, kEdge, colorSigned(channelMean(images[std::size_t(i)].second), scale));
+        drawing.label(x, kGap, images[std::size_t(i)].first, "#000000", kLetters);
+        drawing.image(x, kGap + label, kEdge, kEdge, colorSigned(channelMean(images[std::size_t(i)].second), scale));
     }
-    drawSignedLegend(canvas, kGap, 2 * kGap + label + kEdge, kEdge, scale);
-    return canvas.image();
+    drawSignedLegend(drawing, kGap, 2 * kGap + label + kEdge, kEdge, scale);
+    return drawing.picture();
 }
 
 std::vector<HtmlFigure> plainFigures(const std::vector<CaptionedImage>& images, bool expose) {

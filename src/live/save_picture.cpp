@@ -75,9 +75,9 @@ void saveLoss(std::span<const double> loss, const std::filesystem::path& file) {
     if (file.extension() == ".png") {
         requireWritableFile(file, ".png");
         constexpr int kWidth = 640, kHeight = 320, kBorder = 8;
-        Canvas canvas(kWidth, kHeight);
-        drawLossCurve(canvas, kBorder, kBorder, kWidth - 2 * kBorder, kHeight - 2 * kBorder, loss);
-        writePng(file, canvas.image());
+        Drawing drawing(Drawing::Target::Picture, kWidth, kHeight);
+        drawLossCurve(drawing, kBorder, kBorder, kWidth - 2 * kBorder, kHeight - 2 * kBorder, loss);
+        writePng(file, drawing.picture());
     } else {
         requireWritableFile(file, ".csv"); // refuses other endings
         std::ostringstream rows;

@@ -40,6 +40,7 @@ RawImage decodeHdr(std::span<const std::uint8_t> file, const std::function<void(
 // The bytes that writeExr() and writePng() put into a file, and a PNG file of 8-bit texels. Throw Error(Output).
 Bytes encodeExr(const Image& image);
 Bytes encodePng(const Image& image);
+std::uint8_t pngCode(float linear); // of one value; what is not a number becomes 0
 Bytes encodePng(std::span<const std::uint8_t> pixels, int width, int height, int channels);
 
 // The 256 linear values of 8-bit sRGB codes.

@@ -85,14 +85,16 @@ void writeExrLayers(const std::filesystem::path& file, const std::vector<std::pa
     writeFile(file, encodePlanes(first.width, first.height, planes));
 }
 
+std::uint8_t pngCode(float linear) {
+    const float clamped = linear > 0 ? std::min(linear, 1.0f) : 0.0f; // NaN becomes 0
+    return std::uint8_t(std::lround(srgbEncode(clamped) * 255.0f));
+}
+
 Bytes encodePng(const Image& image) {
     Bytes pixels(image.pixels() * 3);
     for (std::size_t p = 0; p < image.pixels(); ++p)
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float v = image.values[p * std::size_t(image.channels) + (image.channels == 1 ? 0 : c)];
-            const float clamped = v > 0 ? std::min(v, 1.0f) : 0.0f; // NaN becomes 0
-            pixels[p * 3 + c] = std::uint8_t(std::lround(srgbEncode(clamped) * 255.0f));
-        }
+        for (std::size_t c = 0; c < 3; ++c)
+            pixels[p * 3 + c] = pngCode(image.values[p * std::size_t(image.channels) + (image.channels == 1 ? 0 : c)]);
     return encodePng(pixels, image.width, image.height, 3);
 }
 

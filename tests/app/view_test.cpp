@@ -1,4 +1,4 @@
-// Signed colours, the canvas, and what `view` writes.
+// Signed colours, and what `view` writes.
 #include "app/commands.h"
 #include "imaging/signed_colors.h"
 #include "command_line.h"
@@ -51,69 +51,6 @@ TEST(SignedColors, ScaleIsAPercentileRoundedUp) {
     Image sparse(100, 100, 1);
     sparse.values[17] = -2e-9f;
     EXPECT_NEAR(signedScale(sparse), 2e-9, 1e-12);
-}
-
-TEST(Canvas, CharactersDiffer) {
-    const auto drawn = [](const std::string& text) {
-        Canvas canvas(16, 16);
-        canvas.text(2, 3, text);
-        return canvas.image().values;
-    };
-    std::vector<std::vector<float>> seen;
-    for (char c = ' '; c < 127; ++c) {
-        const std::vector<float> pixels = drawn(std::string(1, c));
-        EXPECT_EQ(std::find(seen.begin(), seen.end(), pixels), seen.end()) << c;
-        seen.push_back(pixels);
-    }
-    EXPECT_EQ(drawn(" "), Canvas(16, 16).image().values);
-    EXPECT_EQ(drawn("\n"), drawn("?"));
-    EXPECT_EQ(drawn("\xe4"), drawn("?")); // no UTF-8
-    EXPECT_NE(drawn("\xc3\xa4"), drawn("?"));
-}
-
-TEST(Canvas, TextIsAsWideAsItSays) {
-    const std::string text = "0.125 gradient";
-    const int width = Canvas::textWidth(text, 2);
-    Canvas canvas(width + 40, 40);
-    canvas.text(10, 10, text, kBlack, 2);
-    int left = canvas.width(), right = 0;
-    for (int y = 0; y < canvas.height(); ++y)
-        for (int x = 0; x < canvas.width(); ++x)
-            if (canvas.image().at(x, y)[0] < 0.5f) {
-                left = std::min(left, x);
-                right = std::max(right, x);
-            }
-    EXPECT_GE(left, 10);
-    EXPECT_LE(left, 14);
-    EXPECT_LE(right, 10 + width);
-    EXPECT_GE(right, 10 + width - 6);
-}
-
-TEST(Canvas, CutsOffWhatLiesOutside) {
-    Canvas canvas(10, 6);
-    canvas.rectangle(-5, -5, 7, 7, kBlack);
-    canvas.line(-100, 3, 100, 3, kBlack);
-    canvas.text(7, 4, "wide text");
-    canvas.picture(4, 4, 20, 20, Image(2, 2, 3, 0.5f));
-    EXPECT_EQ(canvas.image().at(1, 1)[0], 0);
-    EXPECT_EQ(canvas.image().at(2, 2)[0], 1);
-    EXPECT_EQ(canvas.image().at(9, 3)[0], 0);
-}
-
-TEST(Canvas, PicturesKeepTheirMeanAndAspect) {
-    Image ramp(64, 32, 3);
-    for (int y = 0; y < 32; ++y)
-        for (int x = 0; x < 64; ++x)
-            for (int c = 0; c < 3; ++c)
-                ramp.at(x, y)[c] = float(x) / 64;
-    Canvas canvas(24, 24, kBlack); // 24 x 12 pixels of 2.67 x 2.67
-    canvas.picture(0, 0, 24, 24, ramp);
-    double sum = 0;
-    for (int y = 0; y < 12; ++y)
-        for (int x = 0; x < 24; ++x)
-            sum += double(canvas.image().at(x, y)[1]);
-    EXPECT_NEAR(sum / (24 * 12), 63.0 / 128, 1e-5);
-    EXPECT_EQ(canvas.image().at(12, 12)[0], 0);
 }
 
 Options viewOptions(const std::string& input, const std::string& output) {

@@ -1,6 +1,8 @@
 // Loss curves and the contact sheet.
 #include "imaging/contact_sheet.h"
+#include "imaging/exposure.h"
 #include "imaging/loss_curve.h"
+#include "scene/image_decode.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -34,8 +36,8 @@ TEST(LossCurve, StandsDegenerateInput) {
         const std::string svg = lossCurveSvg(loss, "t");
         EXPECT_EQ(svg.find("nan"), std::string::npos);
         EXPECT_EQ(svg.find("inf"), std::string::npos);
-        Canvas canvas(256, 256);
-        drawLossCurve(canvas, 0, 0, 256, 256, loss);
+        Drawing drawing(Drawing::Target::Picture, 256, 256);
+        drawLossCurve(drawing, 0, 0, 256, 256, loss);
     }
 }
 
@@ -62,13 +64,13 @@ TEST(ContactSheet, ShowsItsPanels) {
     EXPECT_GT(picture.width, 5 * 256);
     // Middles of the panels: 256 pixels each and 12 apart.
     const int y = 30 + 18 + 128;
-    EXPECT_NEAR(picture.at(12 + 128, y)[0], 0.9, 1e-5);
-    EXPECT_NEAR(picture.at(12 + 268 + 128, y)[0], 0.1, 1e-5);
-    EXPECT_NEAR(picture.at(12 + 2 * 268 + 128, y)[0], 0.7, 1e-5);
+    EXPECT_EQ(pngCode(picture.at(12 + 128, y)[0]), pngCode(0.9f));
+    EXPECT_EQ(pngCode(picture.at(12 + 268 + 128, y)[0]), pngCode(0.1f));
+    EXPECT_EQ(pngCode(picture.at(12 + 2 * 268 + 128, y)[0]), pngCode(0.7f));
     EXPECT_GT(picture.at(12 + 3 * 268 + 128, y)[2], picture.at(12 + 3 * 268 + 128, y)[0]); // darker than the target, negative: blue
     const int below = y + 18 + 256 + 24 + 12;
-    EXPECT_NEAR(picture.at(12 + 128, below)[0], 0.5, 1e-5);
-    EXPECT_NEAR(picture.at(12 + 268 + 128, below)[0], 0.2, 1e-5);
+    EXPECT_EQ(pngCode(picture.at(12 + 128, below)[0]), pngCode(0.5f));
+    EXPECT_EQ(pngCode(picture.at(12 + 268 + 128, below)[0]), pngCode(0.2f));
     EXPECT_GT(picture.at(12 + 2 * 268 + 128, below)[2], picture.at(12 + 2 * 268 + 128, below)[0]); // change: negative
     EXPECT_GT(picture.at(12 + 3 * 268 + 128, below)[0], picture.at(12 + 3 * 268 + 128, below)[2]); // gradient: positive, orange
 }
@@ -96,13 +98,14 @@ TEST(ContactSheet, ShowsConstantsAsNumbers) {
 
 TEST(LossCurve, DrawsTheErrorAsABand) {
     const std::vector<double> loss = {1, 0.9, 0.8, 0.7}, error = {0.2, 0.2, 0.2, 0.2};
-    const auto pale = [](const Canvas& canvas) {
+    const auto pale = [](Drawing& drawing) {
+        const Image picture = drawing.picture();
         int count = 0;
-        for (std::size_t p = 0; p < canvas.image().pixels(); ++p)
-            count += canvas.image().values[3 * p] < 0.6f && canvas.image().values[3 * p + 2] > 0.75f;
+        for (std::size_t p = 0; p < picture.pixels(); ++p)
+            count += picture.values[3 * p] < 0.6f && picture.values[3 * p + 2] > 0.75f;
         return count;
     };
-    Canvas with(256, 256), without(256, 256);
+    Drawing with(Drawing::Target::Picture, 256, 256), without(Drawing::Target::Picture, 256, 256);
     drawLossCurve(with, 0, 0, 256, 256, loss, error);
     drawLossCurve(without, 0, 0, 256, 256, loss);
     EXPECT_LE(pale(without), 2 * 198); // smooth edges of the curve
@@ -120,8 +123,9 @@ TEST(ContactSheet, ShowsDarkAndBrightScenes) {
         ContactSheet sheet;
         sheet.views.push_back({"", Image(16, 16, 3, level), Image(16, 16, 3, level / 2), Image(16, 16, 3, level)});
         const Image picture = sheet.compose();
-        EXPECT_NEAR(picture.at(12 + 128, 176)[0], 1, 1e-4);
-        EXPECT_NEAR(picture.at(12 + 268 + 128, 176)[0], 0.5, 1e-4); // one exposure for all
+        EXPECT_NEAR(level * exposureFor({&sheet.views[0].target}), 1, 1e-4);
+        EXPECT_EQ(pngCode(picture.at(12 + 128, 176)[0]), 255);
+        EXPECT_EQ(pngCode(picture.at(12 + 268 + 128, 176)[0]), pngCode(0.5f)); // one exposure for all
     }
 }
 
