@@ -31,8 +31,9 @@ struct RecoveryOptions {
     std::uint32_t steps = 200;                // of the schedule; step() may go beyond them where the rate is constant
     std::uint32_t spp = 16;                   // samples per pixel of the image of the first step
     std::uint32_t sppGradient = 4;            // of the derivative pass of a step
-    // That bring the image of the step before up to date, at least 2; 0: every step renders its own of `spp`.
-    std::uint32_t sppDifference = 8;
+    // At most, that bring the image of the step before up to date: all where what is left of a squared loss is the image's noise, half where it is not
+    // and steps are long, 2 where neither. 0: every step renders its own of `spp`; else 2 at least.
+    std::uint32_t sppDifference = 12;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     OptimizerKind optimizer = OptimizerKind::Auto;

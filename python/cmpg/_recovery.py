@@ -31,7 +31,8 @@ class Recovery(Iterator[RecoveryStep]):
         steps: of the whole recovery and its schedule.
         spp: samples per pixel of the image of the first step.
         spp_gradient: of the derivative pass of a step.
-        spp_difference: that bring the image of the step before up to date; 0: every step renders its own of `spp`.
+        spp_difference: at most, that bring the image of the step before up to date: all where what is left of a squared loss is the image's noise, half
+            where it is not and steps are long, 2 where neither; 0: every step renders its own of `spp`.
         loss: "mse", "l1", "smape" or "relative-mse".
         optimizer: "auto", "gauss-newton", "adam" or "sgd".
         rate: a number for all slots, or a number by the name of the slot, such as {"roughness": 0.01}.
@@ -54,7 +55,7 @@ class Recovery(Iterator[RecoveryStep]):
     """
 
     def __init__(self, scene: Scene, target: npt.ArrayLike | Path | Mapping[str, npt.ArrayLike | Path], param: Names, *, device: Device | None = None,
-                 steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 8, seed: int = 0, loss: str = "mse",
+                 steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
                  error_target: float = 0, mask: npt.ArrayLike | Path | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",

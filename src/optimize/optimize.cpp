@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace cmpg {
 namespace {
@@ -59,10 +60,14 @@ double toleratedLoss(Loss loss, const Target& target) {
     return evaluateLoss(loss, wrong, target.image, target.mask).value;
 }
 
-// As likely as the errors of an image are: those that its noise explains, and those that are there beyond it, by the target's noise or since values are
-// still on their way. Where the image answers to the parameters. Values that fit noise lower the second part, not the first. Twice the mean square:
-// exp(-n loss / tolerated) is a normal distribution then.
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
+// A squared loss where an image answers to the parameters.
+struct Residual {
+    double whole = 0;  // of the image as it is
+    double beyond = 0; // without the image's noise, in expectation: the target's noise, and values that are still on their way
+};
+
+// Nothing where no pixel answers.
+std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
     std::vector<float> weights = target.mask;
     if (!shares.empty()) {
         weights.resize(shares.size(), 1.f);
@@ -70,9 +75,17 @@ double expectedLoss(Loss loss, const RunningImage& image, const Target& target, 
             weights[p] *= shares[p] * shares[p];
     }
     if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
-        return std::numeric_limits<double>::infinity();
-    const double whole = evaluateLoss(loss, image.mean(), target.image, weights).value, beyond = evaluateLoss(loss, image.half, target.image, weights).value;
-    return 2 * (whole - std::min(0.0, beyond));
+        return std::nullopt;
+    return Residual{evaluateLoss(loss, image.mean(), target.image, weights).value, evaluateLoss(loss, image.half, target.image, weights).value};
+}
+
+bool isSquared(Loss loss) { return loss == Loss::Mse || loss == Loss::RelativeMse; }
+
+// As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not the first.
+// Twice the mean square: exp(-n loss / tolerated) is a normal distribution then.
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
+    const std::optional<Residual> found = residual(loss, image, target, shares);
+    return found ? 2 * (found->whole - std::min(0.0, found->beyond)) : std::numeric_limits<double>::infinity();
 }
 
 // What the prior measures differences of texels by: their range, or, since light has none, their mean. 0: nothing is known of them.
@@ -173,7 +186,7 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     const bool first = view >= state_.images.size() || state_.images[view].empty();
     RunningImage image = first ? RunningImage() : state_.images[view];
     key.firstSample = image.samples;
-    const std::uint32_t spp = first ? config_.spp : imageSamples();
+    const std::uint32_t spp = first ? config_.spp : imageSamples(view);
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)
         image.begin(std::move(halves));
@@ -182,13 +195,19 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     return image;
 }
 
-std::uint32_t Optimization::imageSamples() const {
-    double share = newton() ? 0 : 1;
+std::uint32_t Optimization::imageSamples(std::size_t view) const {
+    // Differences of images are noisy while steps are long, which they are while gradients are signal.
+    double signal = newton() ? 0 : 1;
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         if (method(i) == OptimizerKind::GaussNewton)
-            share = std::max(share, signalShare(state_.moments[i].noise[0]));
+            signal = std::max(signal, signalShare(state_.moments[i].noise[0]));
+    double noise = 0; // the share of the image's noise in what steps lower
+    if (isSquared(config_.loss)) {
+        const std::optional<Residual> found = residual(config_.loss, state_.images[view], config_.targets[view], shares_[view]);
+        noise = found && found->whole > 0 ? std::clamp(1 - found->beyond / found->whole, 0.0, 1.0) : 0;
+    }
     constexpr double kLeast = 2; // of both halves
-    return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * share));
+    return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * 0.5 * (std::max(signal, noise) + noise)));
 }
 
 // Mean square of how far the values are from those of the images, in their units.
@@ -240,8 +259,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.dropped += loss.nonFinite;
     if (const double most = tolerance_[view]; most > 0) {
         constexpr double kLeast = 1e-4; // of the most: targets without any noise
-        const bool known = config_.loss == Loss::Mse || config_.loss == Loss::RelativeMse;
-        const double expected = known ? expectedLoss(config_.loss, image, target, shares_[view]) : most;
+        const double expected = isSquared(config_.loss) ? expectedLoss(config_.loss, image, target, shares_[view]) : most;
         information_ += loss.values / std::clamp(expected, kLeast * most, most);
     }
     report.samples += image.paths;

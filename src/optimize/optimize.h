@@ -17,8 +17,8 @@ namespace cmpg {
 struct OptimizeConfig {
     std::uint32_t steps = 200;
     std::uint32_t spp = 16, sppGradient = 4; // per pixel and step, of the primal and of the derivative pass
-    // Per pixel, of the steps that carry the image of the step before on (RunningImage), two at least; 0: every step renders its own of `spp`. Gauss-Newton
-    // takes fewer where gradients are mostly noise: then the image's is the lesser one.
+    // Per pixel, at most, of the steps that carry the image of the step before on (RunningImage), two at least; 0: every step renders its own of `spp`. As
+    // many where what is left of a squared loss is the image's noise, half of them where it is not and gradients are signal, two where neither.
     std::uint32_t sppDifference = 2;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
@@ -129,7 +129,7 @@ class Optimization {
     double rateFactor() const; // schedule included
     bool carriesImages() const { return cmpg::carriesImages(config_, model_.views()); }
     RunningImage image(std::size_t view, std::uint32_t step);
-    std::uint32_t imageSamples() const;
+    std::uint32_t imageSamples(std::size_t view) const;
     double changeSquared() const;
     std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }

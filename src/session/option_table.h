@@ -162,7 +162,8 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
            "How alike neighbouring texels are, light in units of its mean, before any image is seen: differences are as likely as exp(-B n d), "
            "with n channels and d the root mean square of theirs, beside images trusted to 10 % of their mean; 0: no prior"},
           o.recovery.prior);
-        v({"spp-difference", "N", "8", "Samples per pixel by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
+        v({"spp-difference", "N", "12",
+           "Samples per pixel, at most, by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
         v({"views-per-step", "N", "0", "Of several targets so many a step, in random order, each once before any again; 0: all"}, o.recovery.viewsPerStep);
         v({"warm-up", "N", "0", "First steps, which learn the guide and leave the parameters alone"}, o.recovery.warmUp);
