@@ -105,6 +105,7 @@ class Recovery {
     GradientErrors errors() const; // of the steps so far
     // What all passes since the recovery was made cost and left out, and how directions are drawn now. Of its seconds, those of learning.
     PassReport report() const;
+    Image target(std::size_t target = 0) const; // what steps compare with: the image that was given
     // Of a target's camera, with the same random numbers whatever the step: at the current values, or at those where the recovery began.
     Image image(std::size_t target = 0, std::uint32_t spp = 64, bool initial = false);
 

@@ -48,52 +48,53 @@ Views loadViews(const Options& options, const Scene& scene) {
     return result;
 }
 
-// Pictures of a run for its folder and its contact sheet.
-struct Pictures {
-    std::vector<Image> initial, recovered;
-};
-
-// Both by what has been learned: so they differ by what the parameters changed, not by how they were sampled. They come last, so that no time of a
-// budget is theirs.
-Pictures renderPictures(v1::Recovery& run, std::size_t views, std::uint32_t spp) {
-    Pictures pictures;
-    for (const bool initial : {true, false})
-        for (std::size_t view = 0; view < views; ++view)
-            (initial ? pictures.initial : pictures.recovered).push_back(run.image(view, spp, initial));
-    return pictures;
+// Pictures to keep deserve more samples than those a step throws away. Those of many views share the samples of a few.
+std::uint32_t pictureSamples(const Options& options, std::size_t views) {
+    constexpr std::uint32_t kFactor = 4, kLeast = 64, kFew = 4, kLeastOfMany = 8;
+    const std::uint32_t samples = std::max(kLeast, options.effectiveSpp() * kFactor);
+    return views <= kFew ? samples : std::max(kLeastOfMany, std::uint32_t(std::uint64_t(samples) * kFew / views));
 }
 
-void writeTargets(const std::vector<v1::Target>& targets, RunFolder& folder) {
-    std::vector<Image> images;
-    for (const v1::Target& target : targets)
-        images.push_back(target.image);
-    folder.writeViews("target", images);
+void writeTargets(const v1::Recovery& run, std::size_t views, RunFolder& folder) {
+    for (std::size_t view = 0; view < views; ++view)
+        folder.writeView("target", view, views, run.target(view));
 }
 
-void writePictures(const Session& session, const v1::Recovery& run, const Pictures& pictures, RunFolder& folder) {
-    folder.writeViews("initial", pictures.initial);
-    folder.writeViews("final", pictures.recovered);
-    std::vector<Image> differences = pictures.recovered;
-    for (std::size_t view = 0; view < differences.size(); ++view)
-        for (std::size_t i = 0; i < differences[view].values.size(); ++i)
-            differences[view].values[i] -= pictures.initial[view].values[i];
-    folder.writeViews("difference", differences);
+// Pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters changed, not by how
+// they were sampled. They come last, so that no time of a budget is theirs. Returns those of the contact sheet: there may be more views than memory holds.
+std::vector<ContactSheet::ViewRow> writePictures(const Options& options, v1::Recovery& run, const std::vector<std::string>& titles, RunFolder& folder) {
+    const std::size_t views = titles.size();
+    const std::uint32_t spp = pictureSamples(options, views);
+    std::vector<ContactSheet::ViewRow> rows;
+    for (std::size_t view = 0; view < views; ++view) {
+        Image initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = recovered;
+        for (std::size_t i = 0; i < difference.values.size(); ++i)
+            difference.values[i] -= initial.values[i];
+        folder.writeView("initial", view, views, initial);
+        folder.writeView("final", view, views, recovered);
+        folder.writeView("difference", view, views, difference);
+        if (view < ContactSheet::kMostRows)
+            rows.push_back({titles[view], run.target(view), std::move(initial), std::move(recovered)});
+    }
+    return rows;
+}
+
+void writeGradients(const Session& session, const v1::Recovery& run, RunFolder& folder) {
     for (std::size_t p = 0; p < session.parameters.size(); ++p)
         folder.writeGradient(session.parameters[p], parameterImage(session.parameter(p), run.gradient(session.parameters[p])));
 }
 
 // `start`: the values of the parameters there.
 void writeContactSheet(const Options& options, const Session& session, const v1::Recovery& run, const std::vector<std::vector<float>>& start,
-                       const Views& views, const Pictures& pictures, const RunFolder& folder, Report& report) {
+                       std::vector<ContactSheet::ViewRow> views, const RunFolder& folder, Report& report) {
     ContactSheet sheet;
+    sheet.views = std::move(views);
     char numbers[96] = "";
     if (!report.loss.empty())
         std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss),
                       report.loss.front(), report.loss.back());
     const std::filesystem::path scene = std::filesystem::absolute(options.input);
     sheet.title = (scene.parent_path().filename() / scene.filename()).string() + numbers; // many scenes are called scene.gltf
-    for (std::size_t v = 0; v < views.targets.size(); ++v)
-        sheet.views.push_back({views.titles[v], views.targets[v].image, pictures.initial[v], pictures.recovered[v]});
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         const Parameter& parameter = session.parameter(p);
         sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),
@@ -189,11 +190,12 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     effective.maxDepth = options.effectiveDepth(session.host().maxDepth);
     v1::RecoveryOptions how = recoveryOptions(options, *effective.maxDepth);
     how.parameters = session.parameters;
-    const Views views = loadViews(options, session.host());
+    Views views = loadViews(options, session.host());
     requireWritableFolder(options.output);
     const std::filesystem::path output = ranks().isRoot() ? options.output : std::string(); // one rank writes
     EventLog log(output.empty() ? output : output / "log.jsonl");
     v1::Recovery run(session.openDevice(), session.scene, views.targets, how);
+    views.targets = {}; // the run has its own
     session.begin(views.views.front(), output);
     stopOnInterrupt();
 
@@ -203,7 +205,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     checkpoints.resume(run);
     const std::vector<v1::RecoveryStep> before = run.history();
     RunFolder folder(output, before);
-    writeTargets(views.targets, folder);
+    writeTargets(run, views.views.size(), folder);
     for (const v1::RecoveryStep& step : before)
         addStep(report, step);
     run.prepare();
@@ -266,12 +268,11 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
-    constexpr std::uint32_t kPictureFactor = 4, kLeastPictureSpp = 64; // pictures to keep deserve more samples than those a step throws away
-    const Pictures pictures = renderPictures(run, views.views.size(), std::max(kLeastPictureSpp, options.effectiveSpp() * kPictureFactor));
-    writePictures(session, run, pictures, folder);
+    std::vector<ContactSheet::ViewRow> pictures = writePictures(options, run, views.titles, folder);
+    writeGradients(session, run, folder);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());
-    folder.attempt([&] { writeContactSheet(options, session, run, start, views, pictures, folder, report); });
+    folder.attempt([&] { writeContactSheet(options, session, run, start, std::move(pictures), folder, report); });
     const v1::PassReport passes = run.report();
     session.add(passes);
     folder.attempt([&] { session.tell(passes, run); });

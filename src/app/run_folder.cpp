@@ -98,11 +98,9 @@ void RunFolder::writeImage(const std::string& name, const fs::path& file, const 
     });
 }
 
-void RunFolder::writeViews(const std::string& what, std::span<const Image> images) {
-    for (std::size_t view = 0; view < images.size(); ++view) {
-        const std::string name = viewFile(what, view, images.size());
-        writeImage(name, path_ / name, images[view]);
-    }
+void RunFolder::writeView(const std::string& what, std::size_t view, std::size_t views, const Image& image) {
+    const std::string name = viewFile(what, view, views);
+    writeImage(name, path_ / name, image);
 }
 
 void RunFolder::writeGradient(const std::string& parameter, const Image& gradient) {

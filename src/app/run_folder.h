@@ -36,7 +36,7 @@ class RunFolder {
     // The results; equally at the end and after an interruption.
     // The scene comes first: it is what must not get lost. `format`: the name of its file.
     void writeScene(const v1::Scene& scene, const std::string& format);
-    void writeViews(const std::string& what, std::span<const Image> images); // "target", "initial" ...: one of each view
+    void writeView(const std::string& what, std::size_t view, std::size_t views, const Image& image); // "target", "initial" ...
     void writeGradient(const std::string& parameter, const Image& gradient);
 
     const std::filesystem::path& path() const { return path_; }

@@ -16,7 +16,7 @@ constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18, kColumns =
 constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
 constexpr int kTextRow = 22;
 constexpr double kTextSize = 20;
-constexpr std::size_t kMostRows = 6, kMostConstants = 16; // the picture keeps a sensible size
+constexpr std::size_t kMostConstants = 16;
 
 int column(int index) { return kMargin + index * kStride; }
 

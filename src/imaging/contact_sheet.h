@@ -19,6 +19,7 @@ struct ContactSheet {
         SlotKind kind = SlotKind::BaseColor;
         Image start, end, gradient; // in the parameter's own shape; the gradient is that of the last step
     };
+    static constexpr std::size_t kMostRows = 6; // of views, and of textures: the picture keeps a sensible size
     std::string title;
     std::vector<ViewRow> views;
     std::vector<ParameterRow> parameters; // textures become pictures, constants numbers

@@ -162,6 +162,10 @@ struct Recovery::State {
             throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
         return std::size_t(found - parameters.begin());
     }
+    void requireTarget(std::size_t target) {
+        if (target >= run->model().views())
+            throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(run->model().views() - 1));
+    }
     std::string names() const {
         std::string all;
         for (const std::uint32_t p : parameters)
@@ -291,13 +295,17 @@ PassReport Recovery::report() const {
     return report;
 }
 
+Image Recovery::target(std::size_t target) const {
+    const std::lock_guard lock(state_->device->mutex);
+    state_->requireTarget(target);
+    return state_->run->optimization().config().targets[target].image;
+}
+
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
     require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
     const std::lock_guard lock(s.device->mutex);
-    if (target >= s.run->model().views())
-        throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {},
-                    "targets are numbered from 0 to " + std::to_string(s.run->model().views() - 1));
+    s.requireTarget(target);
     s.run->renderer().setInteraction(interactionOf(s.call));
     const auto render = [&] { return together(s.device->ranks(), [&] { return s.run->optimization().render(target, spp); }); };
     if (!initial)

@@ -96,6 +96,8 @@ TEST(LibraryRecovery, ShowsWhatItBeganWithAndWhatItDid) {
     EXPECT_NE(after.values, start.values);
     EXPECT_EQ(recovery.image(0, 4, true).values, start.values);
     EXPECT_EQ(recovery.image(0, 4).values, after.values);
+    EXPECT_EQ(recovery.target().values, smallTarget().image.values);
+    EXPECT_EQ(errorOf([&] { recovery.target(1); }).kind, ErrorKind::Usage);
     const PassReport report = recovery.report();
     EXPECT_EQ(report.width, 32);
     EXPECT_GT(report.paths, step.paths);
