@@ -44,7 +44,7 @@ struct RecoveryOptions {
     float finalRate = 0.1f;         // what the schedule has multiplied rates by at the last step
     float prior = 8;                // of textures: differences of neighbouring texels are as likely as exp(-prior n d), with d over n channels; 0: none
     float totalVariation = 0;       // weight of the total variation of textures
-    std::uint32_t viewsPerStep = 0; // of several targets; 0: all
+    std::uint32_t viewsPerStep = 0; // of several targets; 0: all, of four and more at first one where Gauss-Newton recovers textures and no constants
     std::uint32_t warmUp = 0;       // first steps, which only learn the guide
     std::uint32_t freeze = 0;       // step from which on the guide stays as it is; 0: none
     // The gradient of each step is sampled until |standard error| / |gradient| is this small, in batches; sppGradient is the most, and at least as large as
@@ -69,7 +69,7 @@ struct Warning {
 
 struct RecoveryStep {
     std::uint32_t step = 0; // from 0
-    // Mean over the views, before the update, and its standard error. A squared loss has no bias by noise, so it may be negative.
+    // Mean over the views as steps saw them last, before the update, and its standard error. A squared loss has no bias by noise, so it may be negative.
     double loss = 0, lossError = 0;
     double regularizer = 0;     // weighted; no part of `loss`
     double rate = 0;            // of the first parameter, schedule included

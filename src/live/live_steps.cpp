@@ -13,6 +13,7 @@ void LiveWork::dropOptimization(bool keepState) {
         kept_ = run_->optimization().state();
         kept_.images.clear(); // of other parameters, or of another view
         kept_.imageValues.clear();
+        kept_.losses.clear();
         keptParameters_ = run_->optimization().parameters();
     }
     if (!keepState) {

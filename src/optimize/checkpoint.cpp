@@ -35,6 +35,7 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(m.start);
         out.put(m.first);
         out.put(m.second);
+        out.put(m.peak);
         out.put(m.products);
         out.put(m.steps);
         out.count(m.noise.size());
@@ -48,6 +49,12 @@ void put(ByteWriter& out, const OptimizeState& state) {
     out.put(state.constants.noise);
     out.put(state.constants.others);
     out.put(state.constants.at);
+    out.count(state.losses.size());
+    for (const ViewLoss& loss : state.losses) {
+        out.put(loss.value);
+        out.put(loss.error);
+        out.put(std::uint8_t(loss.known));
+    }
     out.count(state.history.size());
     for (const StepRecord& r : state.history) {
         for (const double value : {r.loss, r.lossError, r.regularizer, r.rate, r.secondsPrimal, r.secondsGradient, r.secondsUpdate, r.gradientNorm})
@@ -96,12 +103,13 @@ RunningImage getRunningImage(ByteReader& in) {
 OptimizeState getState(ByteReader& in) {
     OptimizeState state;
     state.step = in.get<std::uint32_t>();
-    state.moments.resize(in.count(4 + 4 + 8 + 8 + 4 + 4 + 8));
+    state.moments.resize(in.count(4 + 4 + 3 * 8 + 4 + 4 + 8));
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
         m.first = in.reals<float>();
         m.second = in.reals<float>();
+        m.peak = in.reals<float>();
         m.products = in.get<std::uint32_t>();
         m.steps = in.get<std::uint32_t>();
         m.noise.resize(in.count(8 + 8 + 8));
@@ -119,6 +127,12 @@ OptimizeState getState(ByteReader& in) {
     const auto finite = [](double value) { return std::isfinite(value); };
     if (!std::all_of(state.constants.matrix.begin(), state.constants.matrix.end(), finite))
         throw Malformed{"the curvature of constants is not finite"};
+    state.losses.resize(in.count(8 + 8 + 1));
+    for (ViewLoss& loss : state.losses) {
+        loss.value = in.real();
+        loss.error = in.real();
+        loss.known = in.get<std::uint8_t>() != 0;
+    }
     state.history.resize(in.count(9 * 8));
     for (StepRecord& r : state.history) {
         for (double* value : {&r.loss, &r.lossError, &r.regularizer, &r.rate, &r.secondsPrimal, &r.secondsGradient, &r.secondsUpdate, &r.gradientNorm})
@@ -148,6 +162,42 @@ template <class T> void putVectors(ByteWriter& out, const std::vector<std::vecto
     out.count(vectors.size());
     for (const std::vector<T>& v : vectors)
         out.put(v);
+}
+
+// Each set once, then the one of each view.
+void putShared(ByteWriter& out, const std::vector<SharedValues>& values) {
+    std::vector<SharedValues> sets;
+    std::vector<std::uint32_t> places;
+    for (const SharedValues& own : values) {
+        const auto found = std::find(sets.begin(), sets.end(), own);
+        places.push_back(own ? std::uint32_t(found - sets.begin()) : ~0u);
+        if (own && found == sets.end())
+            sets.push_back(own);
+    }
+    out.count(sets.size());
+    for (const SharedValues& set : sets) {
+        out.put(set->step);
+        putVectors(out, set->values);
+    }
+    out.count(places.size());
+    for (const std::uint32_t place : places)
+        out.put(place);
+}
+
+std::vector<SharedValues> getShared(ByteReader& in) {
+    std::vector<SharedValues> sets(in.count(4 + 8)), values;
+    for (SharedValues& set : sets) {
+        const auto step = in.get<std::uint32_t>();
+        set = std::make_shared<const StepValues>(StepValues{step, getVectors<float>(in)});
+    }
+    values.resize(in.count(4));
+    for (SharedValues& own : values) {
+        const auto place = in.get<std::uint32_t>();
+        if (place != ~0u && place >= sets.size())
+            throw Malformed{"an image has values that are not there"};
+        own = place == ~0u ? nullptr : sets[place];
+    }
+    return values;
 }
 
 template <class Write> FileSection section(const char* name, Write&& write) {
@@ -191,7 +241,7 @@ std::vector<FileSection> checkpointSections(const Optimization& run, const Image
                         out.count(run.state().images.size());
                         for (const RunningImage& image : run.state().images)
                             put(out, image);
-                        putVectors(out, run.state().imageValues);
+                        putShared(out, run.state().imageValues);
                         putVectors(out, run.state().pixelShares);
                     }),
             section("gradient", [&](ByteWriter& out) { putVectors(out, run.gradients()); }),
@@ -209,7 +259,7 @@ Checkpoint readCheckpoint(const std::vector<FileSection>& sections) {
         c.gradients = readSection(sections, "gradient", getVectors<double>);
         std::tie(c.state.images, c.state.imageValues, c.state.pixelShares) = readSection(sections, "images", [](ByteReader& in) {
             std::vector<RunningImage> images = getImages(in);
-            std::vector<std::vector<float>> values = getVectors<float>(in);
+            std::vector<SharedValues> values = getShared(in);
             return std::tuple(std::move(images), std::move(values), getVectors<float>(in));
         });
         c.learned = bytesOf(sections, "learned");

@@ -2,6 +2,7 @@
 #include "optimize/curvature_passes.h"
 
 #include "base/stopwatch.h"
+#include "optimize/entry_loops.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/optimize.h"
 
@@ -152,10 +153,27 @@ bool Optimization::anyUsesDiagonal() const {
     return false;
 }
 
-void Optimization::measureCurvature(StepReport& report) {
+// How often all views were seen since the moments of a parameter began.
+std::uint32_t Optimization::ordersSeen(std::size_t i) const {
+    const ViewOrder order = viewOrder();
+    return std::uint32_t((order.seenBefore(state_.step) - order.seenBefore(state_.moments[i].start)) / model_.views());
+}
+
+// As above from the first step on that sees all views; before, instead of steps, by how often each was seen.
+bool Optimization::measuresDiagonal(std::size_t i) const {
+    if (!usesDiagonal(i))
+        return false;
+    const ViewOrder order = viewOrder();
+    const std::uint32_t start = state_.moments[i].start;
+    if (!order.seesAll(state_.step))
+        return measuresCurvature(ordersSeen(i));
+    return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()));
+}
+
+void Optimization::measureCurvature(std::span<const std::size_t> views, StepReport& report) {
     bool due = false;
     for (std::size_t i = 0; i < parameters_.size(); ++i)
-        due |= usesDiagonal(i) && measuresCurvature(state_.step - state_.moments[i].start);
+        due |= measuresDiagonal(i);
     if (!due)
         return;
     const ScopedTime time(report.secondsGradient);
@@ -170,9 +188,12 @@ void Optimization::measureCurvature(StepReport& report) {
         model_.setSecondValues(parameters_[i], moved);
     }
     curvature_ = gradients_; // zeros
-    const std::size_t views = model_.views();
-    for (std::size_t view = 0; view < views; ++view) {
-        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view));
+    const bool all = views.size() == model_.views();
+    std::vector<std::vector<double>> own; // of a view
+    if (!all)
+        peak_ = own = gradients_;
+    for (const std::size_t view : views) {
+        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * model_.views() + view));
         const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
         const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
         std::vector<float> square;
@@ -185,9 +206,15 @@ void Optimization::measureCurvature(StepReport& report) {
             change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
         LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
         for (float& value : loss.adjoint.values)
-            value /= float(views);
+            value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, curvature_);
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, all ? curvature_ : own);
+        for (std::size_t i = 0; i < own.size(); ++i)
+            forEachEntry(own[i].size(), [&](std::size_t entry) {
+                const double product = std::exchange(own[i][entry], 0);
+                curvature_[i][entry] += product / double(model_.views());
+                peak_[i][entry] = std::max(peak_[i][entry], product);
+            });
     }
     if (constants_.empty())
         return;
@@ -196,6 +223,15 @@ void Optimization::measureCurvature(StepReport& report) {
         u *= kCurvatureStep;
     direction = ofConstants([&](std::size_t i, std::size_t) { return moves(i) ? double(kCurvatureStep) * state_.moments[i].unit : 0.0; });
     constantCurvature_.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
+}
+
+void Optimization::addDiagonal(std::size_t i) {
+    Moments& moments = state_.moments[i];
+    const float direction = kCurvatureStep * moments.unit;
+    if (peak_.empty())
+        addCurvature(curvature_[i], direction, moments);
+    else if (measuresDiagonal(i))
+        addCurvature(curvature_[i], peak_[i], direction, ordersSeen(i) > 0 ? viewShare_ : 0, moments);
 }
 
 void Optimization::stepConstants(double factor) {

@@ -85,6 +85,18 @@ std::vector<CoarseGrid> coarseGrids(const TotalVariationBound& known, std::span<
     return grids;
 }
 
+float boundOf(double product, float direction) {
+    const double found = product / double(direction);
+    return found > 0 && found < std::numeric_limits<float>::max() ? float(found) : 0.f; // noise, or a path that overflowed
+}
+
+// A diagonal that bounds the curvature of the loss of some views, whichever they are: a view weighs at most 1 / share times as much as among all.
+std::vector<float> boundOfSome(const Moments& moments, double share) {
+    std::vector<float> bound(moments.second.size());
+    forEachEntry(bound.size(), [&](std::size_t i) { bound[i] = std::min(moments.peak[i], float(moments.second[i] / share)); });
+    return bound;
+}
+
 } // namespace
 
 double signalShare(const SignalNoise& noise) {
@@ -94,10 +106,21 @@ double signalShare(const SignalNoise& noise) {
 
 void addCurvature(std::span<const double> product, float direction, Moments& moments) {
     const bool first = moments.products++ == 0;
+    moments.peak = {};
     forEachEntry(product.size(), [&](std::size_t i) {
-        const double found = product[i] / double(direction);
-        const float bound = found > 0 && found < std::numeric_limits<float>::max() ? float(found) : 0.f; // noise, or a path that overflowed
+        const float bound = boundOf(product[i], direction);
         moments.second[i] = first ? bound : 0.5f * (moments.second[i] + bound);
+    });
+}
+
+void addCurvature(std::span<const double> part, std::span<const double> largest, float direction, double share, Moments& moments) {
+    moments.peak.resize(part.size());
+    // What was measured before fades while all views are measured anew. The largest by no more than 0.6, until its view's turn comes: steps stay below twice
+    // as long as they should be.
+    const float mean = float(1 - share), peak = float(1 - 0.5 * share);
+    forEachEntry(part.size(), [&](std::size_t i) {
+        moments.second[i] = mean * moments.second[i] + boundOf(part[i], direction);
+        moments.peak[i] = std::max(peak * moments.peak[i], boundOf(largest[i], direction));
     });
 }
 
@@ -116,12 +139,15 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     forEachEntry(count, [&](std::size_t i) { half[i] = usableOrZero(gradient.half[i]); });
     gradient.half = std::vector<double>(); // before the solver takes memory
     const bool first = moments.steps++ == 0;
-    std::vector<CoarseGrid> grids = coarseGrids(known, moments.second, g, half);
+    const bool some = gradient.viewShare < 1 && !moments.peak.empty();
+    const std::vector<float> own = some ? boundOfSome(moments, gradient.viewShare) : std::vector<float>();
+    const std::span<const float> diagonal = some ? own : moments.second;
+    std::vector<CoarseGrid> grids = coarseGrids(known, diagonal, g, half);
     moments.noise.resize(grids.size() + 1);
 
     std::vector<float> step(count), left = g;
     const auto subtractStep = [&] {
-        known.multiply(moments.second, step, left);
+        known.multiply(diagonal, step, left);
         forEachEntry(count, [&](std::size_t i) { left[i] = g[i] - left[i]; });
     };
     for (std::size_t level = grids.size(); level > 0; --level) {
@@ -143,16 +169,17 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         subtractStep();
     grids.clear();
     {
-        const std::vector<float> fine = Grid{known, moments.second, g, half, moments.noise[0]}.step(std::move(left), rate, first);
+        const std::vector<float> fine = Grid{known, diagonal, g, half, moments.noise[0]}.step(std::move(left), rate, first);
         forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
     }
     const auto share = float(signalShare(moments.noise[0]));
     const float reach = float(reachOf(parameter.kind, rate)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();
     float* velocity = moments.first.data();
-    const float along = kMomentum + (kMostMomentum - kMomentum) * share;
+    // What one view sees alone would go on in the steps of others.
+    const float least = some ? 0 : kMomentum, along = some ? 0 : kMomentum + (kMostMomentum - kMomentum) * share;
     forEachEntry(count, [&](std::size_t i) {
-        const float wanted = (velocity[i] * step[i] < 0 ? along : kMomentum) * velocity[i] - step[i];
+        const float wanted = (velocity[i] * step[i] < 0 ? along : least) * velocity[i] - step[i];
         const float moved = std::clamp(values[i] + (wanted == wanted ? std::clamp(wanted, -reach, reach) : 0.f), lowest, highest);
         velocity[i] = moved - values[i];
         values[i] = moved;

@@ -15,16 +15,21 @@ namespace cmpg {
 //
 // Adds what such a product told: `product` = H d, `direction` = d. Moments::second is D; the second and later products count by half.
 void addCurvature(std::span<const double> product, float direction, Moments& moments);
+// Where steps do not see all views, each has its `part` of the mean over all, added up over steps, and the `largest` of its views. `share`: of the views
+// that it saw, of all, where they were measured before; 0 where they were not.
+void addCurvature(std::span<const double> part, std::span<const double> largest, float direction, double share, Moments& moments);
 
 // The gradient of a step. All have entries() entries.
 struct NoisyGradient {
     std::span<const double> mean; // of the whole objective
     std::vector<double> half;     // half of how two independent halves of it differ: its variance is the mean's
+    double viewShare = 1;         // of the views that it is of, of all
 };
 
 // One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach, and 0.04 of roughness. u is the sum of steps on
 // ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 P^T r, with r what the coarser ones leave of the
-// gradient, g - (D + L) u. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a
+// gradient, g - (D + L) u. Where g is of some of the views, D bounds whichever views these may be: so an entry that one view alone sees goes no farther when its
+// turn comes than it would with all, and v has no momentum. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a
 // gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. Noise cancels where a coarse texel adds up many, so what
 // they have in common arrives long before a texel's own value. An entry whose noise, of the last steps or of this one, would take it farther than
 // `rate` has a larger D: what few paths reach, and paths that are rare. Where L is 0 there is the texture's grid alone. Entries whose gradient is not finite

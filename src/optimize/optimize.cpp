@@ -6,13 +6,13 @@
 #include "optimize/curvature_passes.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/ordered_sum.h"
-#include "optimize/view_order.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
 
 namespace cmpg {
 namespace {
@@ -127,11 +127,11 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, target) : 0);
     if (parameters_.empty())
         throw Error(ErrorKind::Usage, "there is nothing to optimise", {}, "name a parameter", {"param"});
-    const bool allowed = allowsNewton(config_, model_.views());
+    const bool allowed = allowsNewton(config_);
     if (config_.optimizer.kind == OptimizerKind::GaussNewton && !allowed)
         throw Error(ErrorKind::Usage, "Gauss-Newton needs a squared loss, and images that steps carry on",
-                    "the loss is no squared one, or images get no samples of differences, or steps leave views out", "take Adam, or change these",
-                    {"optimizer", "loss", "spp-difference", "views-per-step"});
+                    "the loss is no squared one, or images get no samples of differences", "take Adam, or change these",
+                    {"optimizer", "loss", "spp-difference"});
     for (const std::uint32_t index : parameters_) {
         Parameter& parameter = scene_.parameters.at(index);
         methods_.push_back(methodOf(config_.optimizer.kind, parameter.kind, allowed));
@@ -139,7 +139,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         if (state_.moments.size() < parameters_.size())
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));
     }
-    findConstants(allowed);
+    findConstants(allowed && (config_.viewsPerStep == 0 || config_.viewsPerStep >= model_.views()));
 }
 
 void Optimization::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {
@@ -155,19 +155,23 @@ StepReport Optimization::step() {
         gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
     noise_ = newton() ? gradients_ : std::vector<std::vector<double>>();
     images_.clear();
+    losses_ = state_.losses;
+    losses_.resize(model_.views());
     known_.clear();
     information_ = 0;
     curvature_.clear();
+    peak_.clear();
     shares_ = state_.pixelShares;
     shares_.resize(model_.views());
     constantCurvature_ = state_.constants;
     measureConstants(report);
-    measureCurvature(report);
-    for (std::size_t i = 0; i < state_.imageValues.size(); ++i)
-        model_.setSecondValues(parameters_[i], state_.imageValues[i]);
-    const std::vector<std::size_t> views = viewsOfStep(config_.seed, state_.step, model_.views(), config_.viewsPerStep);
+    const std::vector<std::size_t> views = viewOrder().viewsOf(state_.step);
+    viewShare_ = double(views.size()) / double(model_.views());
+    measureCurvature(views, report);
+    second_.reset();
     for (std::size_t place = 0; place < views.size(); ++place)
         addView(views[place], place, views.size(), report);
+    addLosses(report);
     sumUp(report);
     model_.endStep();
     applyUpdate(report);
@@ -183,15 +187,17 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     }
     // One sequence of samples for all steps.
     PassKey key{config_.seed, std::uint32_t(view), kPrimalPass};
-    const bool first = view >= state_.images.size() || state_.images[view].empty();
-    RunningImage image = first ? RunningImage() : state_.images[view];
+    RunningImage image = view < state_.images.size() ? state_.images[view] : RunningImage();
+    const bool first = image.empty();
     key.firstSample = image.samples;
     const std::uint32_t spp = first ? config_.spp : imageSamples(view);
+    if (!first)
+        setImageValues(view);
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)
         image.begin(std::move(halves));
     else
-        image.advance(halves, shares_[view], changeSquared());
+        image.advance(halves, shares_[view], changeSquared(view));
     return image;
 }
 
@@ -210,11 +216,20 @@ std::uint32_t Optimization::imageSamples(std::size_t view) const {
     return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * 0.5 * (std::max(signal, noise) + noise)));
 }
 
-// Mean square of how far the values are from those of the images, in their units.
-double Optimization::changeSquared() const {
+// The model's second values: those of the view's image.
+void Optimization::setImageValues(std::size_t view) {
+    if (second_ == state_.imageValues[view])
+        return;
+    second_ = state_.imageValues[view];
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        model_.setSecondValues(parameters_[i], second_->values[i]);
+}
+
+// Mean square of how far the values are from those of the view's image, in their units.
+double Optimization::changeSquared(std::size_t view) const {
     double sum = 0, count = 0;
-    for (std::size_t i = 0; i < state_.imageValues.size(); ++i) {
-        const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[i];
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[view]->values[i];
         for (std::size_t k = 0; k < now.size(); ++k) {
             const double d = (double(now[k]) - before[k]) / state_.moments[i].unit;
             sum += d * d;
@@ -254,13 +269,12 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
             for (float& value : loss.adjoint.values)
                 value /= float(views);
     }
-    report.loss += loss.value / views;
-    report.lossError = std::hypot(report.lossError, loss.error / views);
+    losses_[view] = {loss.value, loss.error, true};
     report.dropped += loss.nonFinite;
     if (const double most = tolerance_[view]; most > 0) {
         constexpr double kLeast = 1e-4; // of the most: targets without any noise
         const double expected = isSquared(config_.loss) ? expectedLoss(config_.loss, image, target, shares_[view]) : most;
-        information_ += loss.values / std::clamp(expected, kLeast * most, most);
+        information_ += loss.values / std::clamp(expected, kLeast * most, most) / viewShare_; // of all views
     }
     report.samples += image.paths;
 
@@ -270,7 +284,24 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
                                : model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
     report.concentration = std::max(report.concentration, model_.concentration());
     if (carriesImages())
-        images_.push_back(std::move(image));
+        images_.emplace_back(view, std::move(image));
+}
+
+// One order for all of a run.
+ViewOrder Optimization::viewOrder() const {
+    constexpr std::size_t kFewest = 4; // views of which the first steps see one: of fewer all are as good
+    const std::size_t views = model_.views();
+    const bool grows = config_.viewsPerStep == 0 && views >= kFewest && newton() && constants_.empty();
+    return {config_.seed, views, config_.viewsPerStep > 0 ? config_.viewsPerStep : grows ? 0 : std::uint32_t(views)};
+}
+
+void Optimization::addLosses(StepReport& report) {
+    const auto known = double(std::count_if(losses_.begin(), losses_.end(), [](const ViewLoss& loss) { return loss.known; }));
+    for (const ViewLoss& loss : losses_)
+        if (loss.known) {
+            report.loss += loss.value / known;
+            report.lossError = std::hypot(report.lossError, loss.error / known);
+        }
 }
 
 double Optimization::rateFactor() const {
@@ -307,16 +338,16 @@ void Optimization::sumUp(StepReport& report) {
 void Optimization::applyUpdate(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     const double factor = rateFactor();
-    state_.images = std::move(images_);
     state_.pixelShares = std::move(shares_);
     state_.constants = std::move(constantCurvature_);
     for (std::size_t i = 0; i < curvature_.size(); ++i)
         if (usesDiagonal(i))
-            addCurvature(curvature_[i], kCurvatureStep * state_.moments[i].unit, state_.moments[i]);
+            addDiagonal(i);
     curvature_.clear(); // before the update takes memory
-    state_.imageValues.clear();
-    for (std::size_t i = 0; carriesImages() && i < parameters_.size(); ++i)
-        state_.imageValues.push_back(scene_.parameters[parameters_[i]].values);
+    peak_.clear();
+    if (carriesImages())
+        keepImages();
+    state_.losses = std::move(losses_);
     if (state_.step >= config_.warmUp) {
         stepConstants(factor);
         for (std::size_t i = 0; i < parameters_.size(); ++i)
@@ -326,12 +357,42 @@ void Optimization::applyUpdate(StepReport& report) {
     ++state_.step;
 }
 
+// The step's images, with the values that they are of. Where steps do not see all views, images are of the values of several steps: those of the oldest
+// begin anew where values take too much memory.
+void Optimization::keepImages() {
+    auto now = std::make_shared<StepValues>();
+    now->step = state_.step;
+    std::size_t bytes = 0;
+    for (const std::uint32_t p : parameters_) {
+        now->values.push_back(scene_.parameters[p].values);
+        bytes += now->values.back().size() * sizeof(float);
+    }
+    state_.images.resize(model_.views());
+    state_.imageValues.resize(model_.views());
+    for (auto& [view, image] : images_) {
+        state_.images[view] = std::move(image);
+        state_.imageValues[view] = now;
+    }
+    images_.clear();
+    second_.reset();
+    std::set<std::uint32_t> steps;
+    for (const SharedValues& values : state_.imageValues)
+        if (values)
+            steps.insert(values->step);
+    for (; steps.size() > 1 && (steps.size() - 1) * bytes > config_.imageValueBytes; steps.erase(steps.begin()))
+        for (std::size_t view = 0; view < state_.images.size(); ++view)
+            if (state_.imageValues[view] && state_.imageValues[view]->step == *steps.begin()) {
+                state_.images[view].drop();
+                state_.imageValues[view].reset();
+            }
+}
+
 std::uint64_t Optimization::move(std::size_t i, double factor) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
     if (method(i) == OptimizerKind::GaussNewton) {
         const double unit = std::isfinite(parameter.highest()) ? moments.unit : std::max(double(moments.unit), priorUnit(parameter)); // light that began too dark
-        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i])}, known_[i], moments, parameter);
+        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter);
     }
     return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
 }
@@ -353,20 +414,24 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         const std::size_t entries = scene_.parameters[parameters_[i]].entries();
         const Moments& moments = state.moments[i];
         fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
-               moments.second.size() == state_.moments[i].second.size() && !moments.noise.empty() &&
+               moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) && !moments.noise.empty() &&
                (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);
     }
-    fits = fits && state.imageValues.size() == (state.images.empty() ? 0 : parameters_.size()) && (state.images.empty() || state.images.size() == model_.views());
-    for (std::size_t i = 0; fits && i < state.imageValues.size(); ++i)
-        fits = state.imageValues[i].size() == values[i].size();
+    fits = fits && state.imageValues.size() == state.images.size() && (state.images.empty() || state.images.size() == model_.views());
+    for (std::size_t view = 0; fits && view < state.images.size(); ++view) {
+        fits = state.images[view].empty() == !state.imageValues[view];
+        for (std::size_t i = 0; fits && state.imageValues[view] && i < values.size(); ++i)
+            fits = state.imageValues[view]->values.size() == values.size() && state.imageValues[view]->values[i].size() == values[i].size();
+    }
     const std::size_t constants = constantUnits().size();
     const ConstantCurvature& curvature = state.constants;
     fits = fits && (curvature.empty() || curvature.matrix.size() == constants * constants) && curvature.noise.size() == curvature.matrix.size() &&
            curvature.others.size() == (curvature.empty() ? 0 : constants) && curvature.at.size() == curvature.others.size();
+    fits = fits && (state.losses.empty() || state.losses.size() == model_.views());
     fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
     for (std::size_t view = 0; fits && view < model_.views(); ++view) {
         const auto [width, height] = model_.size(view);
-        if (!state.images.empty())
+        if (!state.images.empty() && !state.images[view].empty())
             fits = state.images[view].half[0].width == width && state.images[view].half[0].height == height;
         if (!state.pixelShares.empty())
             fits = fits && (state.pixelShares[view].empty() || state.pixelShares[view].size() == std::size_t(width) * std::size_t(height));

@@ -8,9 +8,11 @@
 #include "optimize/regularizer.h"
 #include "optimize/running_image.h"
 #include "optimize/target.h"
+#include "optimize/view_order.h"
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 
 namespace cmpg {
 
@@ -31,25 +33,25 @@ struct OptimizeConfig {
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;
-    std::uint32_t viewsPerStep = 0; // 0: all; else so many of them, in random order, whose mean loss stands for that of all
+    // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
+    // views or more, one at first and more later (ViewOrder).
+    std::uint32_t viewsPerStep = 0;
+    // Of values that images are of, beside those of the last step, where steps do not see all views: images of older ones begin anew.
+    std::size_t imageValueBytes = std::size_t(256) << 20;
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
 };
 
-// Whether steps carry the images of `views` views on. A view that a step leaves out would have an image of values that nobody knows any more.
-inline bool carriesImages(const OptimizeConfig& config, std::size_t views) {
-    return config.sppDifference > 0 && (config.viewsPerStep == 0 || config.viewsPerStep >= views);
-}
+// Whether steps carry images on.
+inline bool carriesImages(const OptimizeConfig& config) { return config.sppDifference > 0; }
 
-// Whether an optimisation of so many views has what Gauss-Newton needs.
-inline bool allowsNewton(const OptimizeConfig& config, std::size_t views) {
-    return carriesImages(config, views) && (config.loss == Loss::Mse || config.loss == Loss::RelativeMse);
-}
+// Whether an optimisation has what Gauss-Newton needs.
+inline bool allowsNewton(const OptimizeConfig& config) { return carriesImages(config) && (config.loss == Loss::Mse || config.loss == Loss::RelativeMse); }
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0
-    double loss = 0;            // mean over the step's views, before the update; without bias by noise where the loss is a squared one
+    double loss = 0;            // mean over the views as steps saw them last, before the update; without bias by noise where the loss is a squared one
     double lossError = 0;       // its standard error by noise
     double regularizer = 0;     // weighted; not part of `loss`
     double rate = 0;            // of the first parameter, schedule included
@@ -69,15 +71,29 @@ struct StepRecord {
 };
 StepRecord recordOf(const StepReport& report);
 
+// Of a view, where a step saw it last.
+struct ViewLoss {
+    double value = 0, error = 0;
+    bool known = false;
+};
+
+// Values of all parameters at a step, which views may share.
+struct StepValues {
+    std::uint32_t step = 0;
+    std::vector<std::vector<float>> values;
+};
+using SharedValues = std::shared_ptr<const StepValues>;
+
 // All that changes from step to step and is not in Scene::parameters.
 struct OptimizeState {
     std::uint32_t step = 0; // steps done
     std::vector<Moments> moments;
     std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
     std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
-    std::vector<std::vector<float>> imageValues{};  // of the parameters, for which they were made
+    std::vector<SharedValues> imageValues{};        // of the views: of the parameters, for which the image was made; null where there is none yet
     std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
     ConstantCurvature constants{};                  // of those that step together
+    std::vector<ViewLoss> losses{};                 // of the views; empty before the first step
 };
 
 // Random numbers of the image of a view that is made to be looked at: of no step.
@@ -118,7 +134,13 @@ class Optimization {
   private:
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
-    void measureCurvature(StepReport& report);
+    void measureCurvature(std::span<const std::size_t> views, StepReport& report);
+    std::uint32_t ordersSeen(std::size_t parameter) const;
+    bool measuresDiagonal(std::size_t parameter) const;
+    void addDiagonal(std::size_t parameter);
+    void setImageValues(std::size_t view);
+    void keepImages();
+    void addLosses(StepReport& report);
     void findConstants(bool allowed);
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
@@ -127,10 +149,12 @@ class Optimization {
     std::uint64_t move(std::size_t parameter, double rateFactor);
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
-    bool carriesImages() const { return cmpg::carriesImages(config_, model_.views()); }
+    bool carriesImages() const { return cmpg::carriesImages(config_); }
+    ViewOrder viewOrder() const;
+    bool seesAll() const { return viewOrder().seesAll(state_.step); }
     RunningImage image(std::size_t view, std::uint32_t step);
     std::uint32_t imageSamples(std::size_t view) const;
-    double changeSquared() const;
+    double changeSquared(std::size_t view) const;
     std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }
     bool isConstant(std::size_t parameter) const { return std::find(constants_.begin(), constants_.end(), parameter) != constants_.end(); }
@@ -151,14 +175,18 @@ class Optimization {
     OptimizeState state_;
     double rateFactor_ = 1;
     std::vector<double> tolerance_; // of each view's loss, beside the prior
-    double information_ = 0;        // of the step's images: the sum over the views of values / tolerated loss
+    double viewShare_ = 1;          // of the views that the step sees, of all
+    double information_ = 0;        // of the step's images, as if it saw all: the sum over the views of values / tolerated loss
     std::vector<std::vector<double>> gradients_;
     std::vector<std::vector<double>> noise_;      // of the step's derivative passes, where they come in halves: half of how these differ
     std::vector<TotalVariationBound> known_;      // of the step
     std::vector<std::vector<double>> curvature_;  // what the step has measured of it; empty where it has not
+    std::vector<std::vector<double>> peak_;       // the largest of its views alone, where a step does not see all
     std::vector<std::vector<float>> shares_;      // OptimizeState::pixelShares from this step on
     ConstantCurvature constantCurvature_;         // OptimizeState::constants from this step on
-    std::vector<RunningImage> images_; // of the step in flight
+    std::vector<std::pair<std::size_t, RunningImage>> images_; // of the step in flight: views and their images
+    std::vector<ViewLoss> losses_;                             // OptimizeState::losses from this step on
+    SharedValues second_;                                      // the model's second values
 };
 
 } // namespace cmpg

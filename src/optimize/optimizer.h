@@ -66,6 +66,7 @@ struct Moments {
     std::uint32_t start = 0;          // step of the run that they begin at
     std::vector<float> first, second; // second is empty for SGD; of Gauss-Newton: the last step, and the diagonal that bounds the curvature
     // Of Gauss-Newton alone:
+    std::vector<float> peak; // as `second`, which is the mean over the views: the largest of one view; empty where steps see all views
     std::uint32_t products = 0, steps = 0; // how often the curvature was measured, and steps since `start`
     std::vector<SignalNoise> noise{1};   // of the texture, then of ever coarser grids
 };

@@ -7,7 +7,7 @@ RecoveryRun::RecoveryRun(Device& device, Scene& scene, const RenderConfig& confi
     : scene_(scene), parameters_(config.differentiable), renderer_(device, scene, config), passes_(std::in_place, renderer_, guided) {}
 
 void RecoveryRun::begin(Steps steps) {
-    imageMode_ = carriesImages(steps.config, steps.views.size()) ? Renderer::Mode::Difference : Renderer::Mode::Render;
+    imageMode_ = carriesImages(steps.config) ? Renderer::Mode::Difference : Renderer::Mode::Render;
     renderer_.expect({imageMode_, Renderer::Mode::Reverse});
     passes_->setLearning(steps.learn);
     end();

@@ -51,10 +51,16 @@ std::uint64_t pathsOf(const ImageHalves& halves, std::size_t pixels) {
 
 } // namespace
 
-void RunningImage::begin(ImageHalves halves) {
+void RunningImage::drop() {
+    const std::uint32_t before = samples;
     *this = {};
+    samples = before;
+}
+
+void RunningImage::begin(ImageHalves halves) {
+    drop();
     const std::size_t pixels = halves.half[0].image.pixels();
-    samples = halves.samples;
+    samples += halves.samples;
     paths = pathsOf(halves, pixels);
     for (std::size_t p = 0; p < pixels; ++p)
         worth.push_back(float(halves.count(p)));

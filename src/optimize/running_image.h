@@ -25,8 +25,9 @@ struct RunningImage {
     std::uint32_t differences = 0; // steps in these averages
 
     bool empty() const { return half[0].values.empty(); }
-    // The first image, or one that has nothing to do with those before.
+    // The first image, or the first after drop(), with random numbers that follow those of the images before.
     void begin(ImageHalves halves);
+    void drop(); // of memory
     // Those of step t. `shares`: by pixel, how much it matters in the averages; empty: all alike. `change`: mean square of how far the parameters went.
     void advance(const ImageHalves& halves, std::span<const float> shares, double change);
     Image mean() const;

@@ -1,11 +1,14 @@
 // Which views a step sees, where it does not see all.
 #include "optimize/view_order.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
 namespace cmpg {
 namespace {
+
+constexpr std::uint64_t kMostViews = 16; // of a step, where their number grows: steps of more take long and tell hardly more
 
 // SplitMix64 (Steele, Lea and Flood 2014): the same numbers on every platform, which std::shuffle does not promise.
 struct SplitMix {
@@ -29,19 +32,53 @@ std::vector<std::size_t> randomOrder(std::uint64_t seed, std::uint64_t round, st
 
 } // namespace
 
-std::vector<std::size_t> viewsOfStep(std::uint64_t seed, std::uint32_t step, std::size_t views, std::uint32_t perStep) {
+ViewOrder::Place ViewOrder::at(std::uint32_t step) const {
+    if (perStep_ > 0) {
+        const std::uint64_t count = std::min<std::uint64_t>(perStep_, views_);
+        return {step * count, count};
+    }
+    Place place;
+    std::uint64_t left = step;
+    const std::uint64_t most = std::min<std::uint64_t>(views_, kMostViews);
+    for (std::uint64_t end = views_; place.count < most; end += views_) {
+        const std::uint64_t steps = (end - place.seen + place.count - 1) / place.count, taken = std::min(left, steps);
+        place.seen += taken * place.count;
+        left -= taken;
+        if (taken < steps)
+            return place;
+        place.count = std::min<std::uint64_t>(2 * place.count, most);
+    }
+    place.seen += left * place.count;
+    return place;
+}
+
+std::uint32_t ViewOrder::stepsBeforeAll() const {
+    constexpr std::uint32_t kNever = ~0u;
+    if (perStep_ > 0)
+        return perStep_ >= views_ ? 0 : kNever;
+    std::uint32_t first = 0, last = kNever; // the number of views never falls
+    while (first < last)
+        if (const std::uint32_t middle = first + (last - first) / 2; seesAll(middle))
+            last = middle;
+        else
+            first = middle + 1;
+    return first;
+}
+
+std::vector<std::size_t> ViewOrder::viewsOf(std::uint32_t step) const {
+    const Place place = at(step);
     std::vector<std::size_t> result;
-    if (perStep == 0 || perStep >= views) {
-        result.resize(views);
+    if (place.count >= views_) {
+        result.resize(views_);
         std::iota(result.begin(), result.end(), std::size_t(0));
         return result;
     }
     std::uint64_t round = ~0ull;
     std::vector<std::size_t> order;
-    for (std::uint64_t place = std::uint64_t(step) * perStep; result.size() < perStep; ++place) {
-        if (place / views != round)
-            order = randomOrder(seed, round = place / views, views);
-        result.push_back(order[place % views]);
+    for (std::uint64_t next = place.seen; result.size() < place.count; ++next) {
+        if (next / views_ != round)
+            order = randomOrder(seed_, round = next / views_, views_);
+        result.push_back(order[next % views_]);
     }
     return result;
 }

@@ -7,8 +7,29 @@
 
 namespace cmpg {
 
-// The views of a step: `perStep` after those of the step before, from random orders of all views, one order after the other. So every view is
-// equally likely, and each is seen once before any is seen again. All of them, in their own order, where `perStep` is 0 or not less than `views`.
-std::vector<std::size_t> viewsOfStep(std::uint64_t seed, std::uint32_t step, std::size_t views, std::uint32_t perStep);
+// A step sees the views after those of the step before, from random orders of all views, one order after the other. So every view is equally likely, and each
+// is seen once before any is seen again.
+class ViewOrder {
+  public:
+    // `perStep`: so many a step, all of them where it is not less than `views`; 0: one, twice as many after every order, at last all or 16.
+    ViewOrder(std::uint64_t seed, std::size_t views, std::uint32_t perStep) : seed_(seed), views_(views), perStep_(perStep) {}
+
+    // All views in their own order where a step sees all.
+    std::vector<std::size_t> viewsOf(std::uint32_t step) const;
+    bool seesAll(std::uint32_t step) const { return at(step).count >= views_; }
+    std::uint32_t stepsBeforeAll() const; // the first step that sees all views; the largest number where none does
+    std::uint64_t seenBefore(std::uint32_t step) const { return at(step).seen; } // views, each as often as steps saw it
+
+  private:
+    struct Place {
+        std::uint64_t seen = 0;  // views, by the steps before
+        std::uint64_t count = 1; // of views of this step
+    };
+    Place at(std::uint32_t step) const;
+
+    std::uint64_t seed_;
+    std::size_t views_;
+    std::uint32_t perStep_;
+};
 
 } // namespace cmpg

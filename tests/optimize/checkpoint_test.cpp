@@ -64,18 +64,23 @@ std::optional<ErrorKind> refusalOf(std::span<const std::uint8_t> bytes) {
 }
 
 TEST_F(CheckpointFiles, ARunGoesOnAsIfItHadNotEnded) {
-    for (const OptimizerKind kind : {OptimizerKind::Auto, OptimizerKind::Adam, OptimizerKind::Sgd}) {
-        Bench whole(makeConfig(kind));
+    std::vector<OptimizeConfig> configs = {makeConfig(OptimizerKind::Auto), makeConfig(OptimizerKind::Adam), makeConfig(OptimizerKind::Sgd)};
+    configs.push_back(makeConfig(OptimizerKind::Auto)); // images of the values of several steps
+    configs.back().viewsPerStep = 1;
+    configs.push_back(configs.back()); // and some that begin anew
+    configs.back().imageValueBytes = 0;
+    for (const OptimizeConfig& config : configs) {
+        Bench whole(config);
         whole.advance(20);
         for (const std::uint32_t at : {1u, 7u, 19u, 20u}) {
-            Bench first(makeConfig(kind));
+            Bench first(config);
             first.advance(at);
             writeCheckpointFile(folder_, first.sections());
             std::vector<std::string> refused;
             const auto checkpoint = findCheckpoint(folder_, refused);
             ASSERT_TRUE(checkpoint && refused.empty());
             EXPECT_EQ(checkpoint->madeWith, "a device");
-            Bench second(makeConfig(kind));
+            Bench second(config);
             resume(*checkpoint, second.run, second.model);
             ASSERT_EQ(second.run.state().step, at);
             second.advance(20 - at);

@@ -55,26 +55,57 @@ TEST(Optimize, RecoversTheParametersOfALinearModel) {
 }
 
 TEST(ViewOrder, SeesEachViewOnceARoundInRandomOrder) {
-    EXPECT_EQ(viewsOfStep(1, 7, 3, 0), (std::vector<std::size_t>{0, 1, 2}));
-    EXPECT_EQ(viewsOfStep(1, 7, 3, 5), (std::vector<std::size_t>{0, 1, 2}));
+    EXPECT_EQ(ViewOrder(1, 3, 3).viewsOf(7), (std::vector<std::size_t>{0, 1, 2}));
+    EXPECT_EQ(ViewOrder(1, 3, 5).viewsOf(7), (std::vector<std::size_t>{0, 1, 2}));
     for (const std::uint32_t perStep : {1u, 2u, 3u, 4u}) {
         std::vector<std::size_t> all; // of six rounds, steps that reach into the next one included
         for (std::uint32_t step = 0; step * perStep < 30; ++step)
-            for (const std::size_t view : viewsOfStep(5, step, 5, perStep))
+            for (const std::size_t view : ViewOrder(5, 5, perStep).viewsOf(step))
                 all.push_back(view);
         for (std::size_t round = 0; round < 30; round += 5)
             EXPECT_EQ(std::set<std::size_t>(all.begin() + std::ptrdiff_t(round), all.begin() + std::ptrdiff_t(round + 5)).size(), 5u);
     }
     // All 6 orders of three views are equally likely: 3000 rounds, chi-squared with 5 degrees of freedom, 99.99 % below 25.7; fixed seed.
+    const ViewOrder three(9, 3, 1);
     std::map<std::vector<std::size_t>, int> orders;
     for (std::uint32_t round = 0; round < 3000; ++round)
-        ++orders[{viewsOfStep(9, 3 * round, 3, 1)[0], viewsOfStep(9, 3 * round + 1, 3, 1)[0], viewsOfStep(9, 3 * round + 2, 3, 1)[0]}];
+        ++orders[{three.viewsOf(3 * round)[0], three.viewsOf(3 * round + 1)[0], three.viewsOf(3 * round + 2)[0]}];
     ASSERT_EQ(orders.size(), 6u);
     double chiSquared = 0;
     for (const auto& [order, count] : orders)
         chiSquared += (count - 500) * (count - 500) / 500.0;
     EXPECT_LT(chiSquared, 25.7);
-    EXPECT_NE(viewsOfStep(1, 0, 1000, 10), viewsOfStep(2, 0, 1000, 10));
+    EXPECT_NE(ViewOrder(1, 1000, 10).viewsOf(0), ViewOrder(2, 1000, 10).viewsOf(0));
+}
+
+TEST(ViewOrder, GrowsFromOneView) {
+    for (const std::size_t views : {1u, 2u, 5u, 12u, 200u}) {
+        const ViewOrder order(3, views, 0);
+        std::size_t last = 1;
+        std::uint64_t seen = 0;
+        std::set<std::size_t> first;
+        std::uint32_t step = 0;
+        const std::size_t most = std::min<std::size_t>(views, 16);
+        for (; order.viewsOf(step).size() < most; ++step) {
+            const std::vector<std::size_t> now = order.viewsOf(step);
+            EXPECT_EQ(order.seenBefore(step), seen);
+            EXPECT_FALSE(order.seesAll(step));
+            EXPECT_TRUE(now.size() == last || now.size() == std::min(2 * last, most));
+            if (seen < views) { // one at a time until each was seen
+                EXPECT_EQ(now.size(), 1u);
+                EXPECT_TRUE(first.insert(now[0]).second);
+            }
+            EXPECT_LE(seen, views * (1 + std::size_t(std::log2(now.size()))) + now.size());
+            last = now.size();
+            seen += last;
+        }
+        EXPECT_EQ(order.stepsBeforeAll(), views <= most ? step : ~0u);
+        EXPECT_EQ(order.seenBefore(step + 3), seen + 3 * most);
+        EXPECT_EQ(order.viewsOf(step + 3).size(), most);
+        EXPECT_EQ(order.seesAll(step), views <= most);
+    }
+    EXPECT_EQ(ViewOrder(3, 5, 2).stepsBeforeAll(), ~0u);
+    EXPECT_EQ(ViewOrder(3, 5, 5).stepsBeforeAll(), 0u);
 }
 
 TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
@@ -91,7 +122,7 @@ TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
         std::vector<std::vector<double>> mean = {std::vector<double>(48), std::vector<double>(3)};
         double loss = 0;
         test::runSteps(run, [&](const StepReport& report) {
-            loss += report.loss / double(views);
+            loss = report.loss; // of each view where it was seen last
             for (std::size_t k = 0; k < mean.size(); ++k)
                 for (std::size_t i = 0; i < mean[k].size(); ++i)
                     mean[k][i] += run.gradients()[k][i] / double(views);
