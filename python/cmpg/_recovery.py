@@ -25,7 +25,7 @@ class Recovery(Iterator[RecoveryStep]):
     Args:
         scene: where it begins.
         target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name. Alpha of a file weights its pixels;
-            clipped pixels of 8-bit files and values that are not finite have no weight.
+            clipped pixels of 8-bit files and values that are not finite have no weight. Files beyond 256 MiB in all are read when a step sees them.
         param: names or globs of what is recovered.
         device: where; None: the scene's.
         steps: of the whole recovery and its schedule.
@@ -64,7 +64,10 @@ class Recovery(Iterator[RecoveryStep]):
                  keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
         paths = path_options(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
         views = target if isinstance(target, Mapping) else {"": target}
-        targets = [target_of(image, camera, mask, target_exposure) for camera, image in views.items()]
+        targets: list[Any] = []
+        for camera, image in views.items():
+            held = sum(known.nbytes for known in targets)
+            targets.append(target_of(image, camera, mask, target_exposure, held >= _cmpg.Target.most_bytes))
         rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
         self._handle = _cmpg.Recovery(
             (device or scene.device)._handle, scene._handle, targets, names_of(param), paths, steps=steps, spp=spp, spp_gradient=spp_gradient,
@@ -172,11 +175,12 @@ class Recovery(Iterator[RecoveryStep]):
         return self._handle.resume(folder)
 
 
-def target_of(image: Any, camera: str, mask: Any, exposure: float) -> Any:
+def target_of(image: Any, camera: str, mask: Any, exposure: float, stream: bool = False) -> Any:
     if isinstance(image, (str, os.PathLike)):
         if mask is not None and not isinstance(mask, (str, os.PathLike)):
             raise UsageError("a target that is a file takes a mask that is a file", "", "load the target: cmpg.load_image(file)", ["mask"])
-        return _cmpg.Target.load(image, camera, "" if mask is None else mask, exposure)
+        load = _cmpg.Target.stream if stream else _cmpg.Target.load
+        return load(image, camera, "" if mask is None else mask, exposure)
     if isinstance(mask, (str, os.PathLike)):
         mask = load_image(mask).mean(axis=2)
     return _cmpg.Target(floats(image) * np.float32(2.0**exposure), camera, None if mask is None else floats(mask))

@@ -8,7 +8,12 @@ void bindRecovery(nb::module_& m) {
         }, "image"_a, "camera"_a, "mask"_a.none())
         .def_static("load", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
             return released([&] { return cmpg::Target::load(file, camera, mask, exposure); });
-        }, "file"_a, "camera"_a, "mask"_a, "exposure"_a);
+        }, "file"_a, "camera"_a, "mask"_a, "exposure"_a)
+        .def_static("stream", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
+            return released([&] { return cmpg::Target::stream(file, camera, mask, exposure); });
+        }, "file"_a, "camera"_a, "mask"_a, "exposure"_a)
+        .def_prop_ro("nbytes", [](const cmpg::Target& target) { return (target.image.values.size() + target.mask.size()) * sizeof(float); })
+        .def_ro_static("most_bytes", &cmpg::Target::kMostBytes);
 
     nb::class_<cmpg::RecoveryStep>(m, "RecoveryStep", "What one step did.")
         .def_ro("step", &cmpg::RecoveryStep::step, "number of the step, from 0")

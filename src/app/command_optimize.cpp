@@ -36,14 +36,16 @@ struct Views {
 
 Views loadViews(const Options& options, const Scene& scene) {
     Views result;
+    std::size_t bytes = 0;
     for (const std::string& text : options.target) {
-        CameraTarget target = loadCameraTarget(options, scene, text);
-        result.titles.push_back(target.camera);
-        result.views.push_back(viewOf(options, scene, target.camera, &target.target.image));
-        result.targets.push_back({.camera = result.views.back().camera->name,
-                                  .image = std::move(target.target.image),
-                                  .mask = std::move(target.target.mask),
-                                  .name = std::move(target.target.name)});
+        const CameraFile given = cameraFileOf(scene, text);
+        const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
+        v1::Target target = load(given.file, given.camera, options.mask, options.targetExposure);
+        bytes += (target.image.values.size() + target.mask.size()) * sizeof(float);
+        result.titles.push_back(given.camera);
+        result.views.push_back(viewOf(options, scene, given.camera, &target.image));
+        target.camera = result.views.back().camera->name;
+        result.targets.push_back(std::move(target));
     }
     return result;
 }

@@ -9,6 +9,7 @@
 #include "optimize/batched_model.h"
 #include "optimize/content_identity.h"
 #include "optimize/gradient_watch.h"
+#include "optimize/loaded_target.h"
 #include "optimize/recovery_config.h"
 #include "optimize/recovery_run.h"
 #include "render/saved_guide.h"
@@ -43,6 +44,12 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
 }
 
 cmpg::Target targetOf(const Target& target, std::size_t number) {
+    if (target.image.values.empty() && target.read)
+        return streamed([read = target.read, number] {
+            Target whole = read();
+            whole.read = nullptr; // its values are wanted now
+            return targetOf(whole, number);
+        });
     const std::string name = "target " + (target.name.empty() ? std::to_string(number) : target.name);
     const Image& image = target.image;
     if (image.channels != 3 || image.width < 1 || image.height < 1 || image.values.size() != image.pixels() * 3)
@@ -91,6 +98,14 @@ Target Target::load(const std::filesystem::path& file, const std::string& camera
     return {camera, std::move(read.image), std::move(read.mask), std::move(read.name)};
 }
 
+Target Target::stream(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
+    Target target = load(file, camera, mask, exposure);
+    target.image.values = std::vector<float>();
+    target.mask = std::vector<float>();
+    target.read = [=] { return load(file, camera, mask, exposure); };
+    return target;
+}
+
 struct Recovery::State {
     std::shared_ptr<Device::State> device;
     std::vector<std::uint32_t> parameters;
@@ -115,7 +130,8 @@ struct Recovery::State {
             throw Error(ErrorKind::Usage, "there is nothing to recover", {}, "name a parameter", {"param"});
         for (const Target& target : targets) {
             plan.config.targets.push_back(targetOf(target, plan.views.size()));
-            plan.views.push_back({&scene.camera(target.camera), target.image.width, target.image.height});
+            const Image& image = plan.config.targets.back().image;
+            plan.views.push_back({&scene.camera(target.camera), image.width, image.height});
         }
         RenderConfig config = renderConfig(options.paths, scene, parameters);
         plan.learn = options.paths.sampling != Sampling::Bsdf || options.paths.roulette || options.paths.guide.keep;
@@ -298,7 +314,7 @@ PassReport Recovery::report() const {
 Image Recovery::target(std::size_t target) const {
     const std::lock_guard lock(state_->device->mutex);
     state_->requireTarget(target);
-    return state_->run->optimization().config().targets[target].image;
+    return LoadedTarget(state_->run->optimization().config().targets[target])->image;
 }
 
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {

@@ -101,6 +101,10 @@ std::string digestOf(const Parameter& p) {
     return d.add(p.values).add(p.bytes).add(p.srgb).add(p.scale).add(p.bias).text();
 }
 
+std::string digestOf(const Target& target) {
+    return target.digest.empty() ? Digest().add(target.image.values).add(target.mask).text() : target.digest;
+}
+
 Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::uint32_t>& parameters, const std::vector<View>& views,
                                      const std::vector<Target>& targets) {
     Checkpoint::Identity identity;
@@ -116,7 +120,7 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
         identity.emplace_back("the camera" + number, cameraOf(views[v]));
         if (const PixelFilter& filter = views[v].camera->filter; filter.kind != PixelFilter::Kind::Box)
             identity.emplace_back("filter" + number, nameOf(filter)); // by the name of the option that changes it
-        identity.emplace_back("the target" + number, Digest().add(targets[v].image.values).add(targets[v].mask).text());
+        identity.emplace_back("the target" + number, digestOf(targets[v]));
     }
     return identity;
 }

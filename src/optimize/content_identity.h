@@ -14,5 +14,6 @@ Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::
 std::string digestOf(const std::vector<std::uint8_t>& bytes);
 std::string digestOf(const std::vector<float>& values);
 std::string digestOf(const Parameter& parameter); // shape, place on surfaces and values
+std::string digestOf(const Target& target);       // values and weights of pixels, whether they are in memory or not
 
 } // namespace cmpg

@@ -4,6 +4,7 @@
 #include "base/stopwatch.h"
 #include "optimize/entry_loops.h"
 #include "optimize/gauss_newton.h"
+#include "optimize/loaded_target.h"
 #include "optimize/optimize.h"
 
 #include <algorithm>
@@ -136,7 +137,8 @@ void Optimization::measureConstants(StepReport& report) {
             // The difference is to the moved values.
             columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(parameter.entries()), -step});
         }
-        Image weight = lossCurvature(config_.loss, config_.targets[view].image, config_.targets[view].mask);
+        const LoadedTarget target(config_.targets[view]);
+        Image weight = lossCurvature(config_.loss, target->image, target->mask);
         for (float& value : weight.values)
             value /= float(views);
         addProducts(columns, weight, products);
@@ -200,11 +202,11 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
         addAnswer(a, b, square);
         shares_[view] = pixelShares(a.width, a.height, square);
         // The adjoint of a squared loss at so much beside the target.
-        const Target& target = config_.targets[view];
-        Image change = target.image;
+        const LoadedTarget target(config_.targets[view]);
+        Image change = target->image;
         for (std::size_t k = 0; k < change.values.size(); ++k)
             change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
-        LossResult loss = evaluateLoss(config_.loss, change, target.image, target.mask);
+        LossResult loss = evaluateLoss(config_.loss, change, target->image, target->mask);
         for (float& value : loss.adjoint.values)
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();

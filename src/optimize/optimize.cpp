@@ -5,6 +5,7 @@
 #include "base/stopwatch.h"
 #include "optimize/curvature_passes.h"
 #include "optimize/gauss_newton.h"
+#include "optimize/loaded_target.h"
 #include "optimize/ordered_sum.h"
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <set>
 
 namespace cmpg {
 namespace {
@@ -124,7 +124,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
     for (std::size_t view = 0; view < model_.views(); ++view)
         requireSize(config_.targets[view], model_.size(view).first, model_.size(view).second);
     for (const Target& target : config_.targets)
-        tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, target) : 0);
+        tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, *LoadedTarget(target)) : 0);
     if (parameters_.empty())
         throw Error(ErrorKind::Usage, "there is nothing to optimise", {}, "name a parameter", {"param"});
     const bool allowed = allowsNewton(config_);
@@ -179,7 +179,7 @@ StepReport Optimization::step() {
     return report;
 }
 
-RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
+RunningImage Optimization::image(std::size_t view, const Target& target, std::uint32_t step) {
     if (!carriesImages()) {
         RunningImage image;
         image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false, {}));
@@ -190,7 +190,7 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     RunningImage image = view < state_.images.size() ? state_.images[view] : RunningImage();
     const bool first = image.empty();
     key.firstSample = image.samples;
-    const std::uint32_t spp = first ? config_.spp : imageSamples(view);
+    const std::uint32_t spp = first ? config_.spp : imageSamples(view, target);
     if (!first)
         setImageValues(view);
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
@@ -201,7 +201,7 @@ RunningImage Optimization::image(std::size_t view, std::uint32_t step) {
     return image;
 }
 
-std::uint32_t Optimization::imageSamples(std::size_t view) const {
+std::uint32_t Optimization::imageSamples(std::size_t view, const Target& target) const {
     // Differences of images are noisy while steps are long, which they are while gradients are signal.
     double signal = newton() ? 0 : 1;
     for (std::size_t i = 0; i < parameters_.size(); ++i)
@@ -209,7 +209,7 @@ std::uint32_t Optimization::imageSamples(std::size_t view) const {
             signal = std::max(signal, signalShare(state_.moments[i].noise[0]));
     double noise = 0; // the share of the image's noise in what steps lower
     if (isSquared(config_.loss)) {
-        const std::optional<Residual> found = residual(config_.loss, state_.images[view], config_.targets[view], shares_[view]);
+        const std::optional<Residual> found = residual(config_.loss, state_.images[view], target, shares_[view]);
         noise = found && found->whole > 0 ? std::clamp(1 - found->beyond / found->whole, 0.0, 1.0) : 0;
     }
     constexpr double kLeast = 2; // of both halves
@@ -252,12 +252,13 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     // Views draw numbers of their own: the same numbers in all would add their errors up.
     const auto views = std::uint32_t(count);
     const auto step = std::uint32_t(state_.step * views + place);
-    const Target& target = config_.targets[view];
+    const LoadedTarget loaded(config_.targets[view]);
+    const Target& target = *loaded;
 
     RunningImage image;
     {
         const ScopedTime time(report.secondsPrimal);
-        image = this->image(view, step);
+        image = this->image(view, target, step);
     }
     LossResult loss;
     {
@@ -283,8 +284,11 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.samples += newton() ? model_.reverseHalves(view, config_.sppGradient, key, loss.adjoint, gradients_, noise_)
                                : model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
     report.concentration = std::max(report.concentration, model_.concentration());
-    if (carriesImages())
-        images_.emplace_back(view, std::move(image));
+    if (!carriesImages())
+        return;
+    if (view >= carriedViews())
+        image.drop();
+    images_.emplace_back(view, std::move(image));
 }
 
 // One order for all of a run.
@@ -357,34 +361,40 @@ void Optimization::applyUpdate(StepReport& report) {
     ++state_.step;
 }
 
-// The step's images, with the values that they are of. Where steps do not see all views, images are of the values of several steps: those of the oldest
-// begin anew where values take too much memory.
+// The first of the views: their images, and the values that these are of, stay in memory. Where steps do not see all views, images are of values of
+// several steps. Those of the other views begin anew every time.
+std::size_t Optimization::carriedViews() const {
+    std::size_t values = 0;
+    for (const std::uint32_t p : parameters_)
+        values += scene_.parameters[p].values.size() * sizeof(float);
+    const bool shared = seesAll();
+    std::size_t bytes = shared ? values : 0, count = 0;
+    for (; count < model_.views(); ++count) {
+        const auto [width, height] = model_.size(count);
+        bytes += RunningImage::bytes(std::size_t(width) * std::size_t(height)) + (shared ? 0 : values);
+        if (bytes > config_.imageBytes)
+            break;
+    }
+    return std::max<std::size_t>(count, 1);
+}
+
+// The step's images, with the values that they are of.
 void Optimization::keepImages() {
     auto now = std::make_shared<StepValues>();
     now->step = state_.step;
-    std::size_t bytes = 0;
-    for (const std::uint32_t p : parameters_) {
+    for (const std::uint32_t p : parameters_)
         now->values.push_back(scene_.parameters[p].values);
-        bytes += now->values.back().size() * sizeof(float);
-    }
     state_.images.resize(model_.views());
     state_.imageValues.resize(model_.views());
     for (auto& [view, image] : images_) {
+        const bool kept = !image.empty();
         state_.images[view] = std::move(image);
-        state_.imageValues[view] = now;
+        state_.imageValues[view] = kept ? now : nullptr;
+        if (!kept)
+            state_.pixelShares[view] = std::vector<float>();
     }
     images_.clear();
     second_.reset();
-    std::set<std::uint32_t> steps;
-    for (const SharedValues& values : state_.imageValues)
-        if (values)
-            steps.insert(values->step);
-    for (; steps.size() > 1 && (steps.size() - 1) * bytes > config_.imageValueBytes; steps.erase(steps.begin()))
-        for (std::size_t view = 0; view < state_.images.size(); ++view)
-            if (state_.imageValues[view] && state_.imageValues[view]->step == *steps.begin()) {
-                state_.images[view].drop();
-                state_.imageValues[view].reset();
-            }
 }
 
 std::uint64_t Optimization::move(std::size_t i, double factor) {

@@ -36,8 +36,8 @@ struct OptimizeConfig {
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
     // views or more, one at first and more later (ViewOrder).
     std::uint32_t viewsPerStep = 0;
-    // Of values that images are of, beside those of the last step, where steps do not see all views: images of older ones begin anew.
-    std::size_t imageValueBytes = std::size_t(256) << 20;
+    // Of the images that steps carry on, and the values that they are of. Images of views beyond it begin anew in every step that sees these.
+    std::size_t imageBytes = std::size_t(1) << 30;
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
     std::vector<Target> targets;             // one per view of the model
     std::function<void(std::size_t view, const Image& image)> onImage{}; // the image that a step compares with its target
@@ -139,6 +139,7 @@ class Optimization {
     bool measuresDiagonal(std::size_t parameter) const;
     void addDiagonal(std::size_t parameter);
     void setImageValues(std::size_t view);
+    std::size_t carriedViews() const;
     void keepImages();
     void addLosses(StepReport& report);
     void findConstants(bool allowed);
@@ -152,8 +153,8 @@ class Optimization {
     bool carriesImages() const { return cmpg::carriesImages(config_); }
     ViewOrder viewOrder() const;
     bool seesAll() const { return viewOrder().seesAll(state_.step); }
-    RunningImage image(std::size_t view, std::uint32_t step);
-    std::uint32_t imageSamples(std::size_t view) const;
+    RunningImage image(std::size_t view, const Target& target, std::uint32_t step);
+    std::uint32_t imageSamples(std::size_t view, const Target& target) const;
     double changeSquared(std::size_t view) const;
     std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }

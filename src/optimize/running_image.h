@@ -25,6 +25,8 @@ struct RunningImage {
     std::uint32_t differences = 0; // steps in these averages
 
     bool empty() const { return half[0].values.empty(); }
+    // Of an image of so many pixels, with the shares of its samples (OptimizeState::pixelShares).
+    static std::size_t bytes(std::size_t pixels) { return pixels * (2 * 3 + 1 + 1) * sizeof(float); }
     // The first image, or the first after drop(), with random numbers that follow those of the images before.
     void begin(ImageHalves halves);
     void drop(); // of memory

@@ -3,6 +3,9 @@
 
 #include "scene/image.h"
 
+#include <functional>
+#include <string>
+
 namespace cmpg {
 
 struct TargetOptions {
@@ -16,6 +19,9 @@ struct Target {
     std::vector<float> mask;   // weight per pixel in [0,1], or empty for 1 everywhere
     std::uint64_t clipped = 0; // pixels of an 8-bit file left out because a channel is at its maximum
     std::uint64_t invalid = 0; // pixels left out because they are not finite
+    // Where the image has a size and no values: gives all of it, whenever a step needs it (LoadedTarget), and its digest.
+    std::function<Target()> read{};
+    std::string digest{};
 };
 
 // Reads .exr .hdr .png .jpg; 8-bit values are sRGB-decoded. Weights multiply: alpha of the file, `mask`, 0 for clipped 8-bit and

@@ -19,18 +19,22 @@ Image readColorImage(const std::string& file) {
     return grey;
 }
 
-CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
-    const TargetOptions how{.mask = options.mask, .exposure = options.targetExposure};
+CameraFile cameraFileOf(const Scene& scene, const std::string& text) {
     const std::size_t equals = text.find('=');
     if (equals != std::string::npos) {
         const std::string camera = text.substr(0, equals);
         const bool known = std::any_of(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == camera; });
         if (known || !fileExists(text)) {
             scene.camera(camera); // an error here names the cameras there are
-            return {camera, loadTarget(text.substr(equals + 1), how)};
+            return {camera, text.substr(equals + 1)};
         }
     }
-    return {"", loadTarget(text, how)};
+    return {"", text};
+}
+
+CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
+    const CameraFile given = cameraFileOf(scene, text);
+    return {given.camera, loadTarget(given.file, {.mask = options.mask, .exposure = options.targetExposure})};
 }
 
 } // namespace cmpg

@@ -10,12 +10,19 @@ namespace cmpg {
 // Three channels, as the renderer takes an adjoint; of other images the first channel counts.
 Image readColorImage(const std::string& file);
 
+struct CameraFile {
+    std::string camera; // empty: the one of --camera
+    std::filesystem::path file;
+};
+
+// "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
+CameraFile cameraFileOf(const Scene& scene, const std::string& text);
+
 struct CameraTarget {
     std::string camera; // empty: the one of --camera
     Target target;
 };
 
-// "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
 CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text);
 
 } // namespace cmpg

@@ -40,6 +40,31 @@ TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
     EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
 }
 
+TEST(LibraryRecovery, ReadsTargetsWhenStepsSeeThem) {
+    const Folder folder;
+    const Scene scene = greyScene();
+    saveImage(folder / "target.exr", smallTarget().image);
+    const Target kept = Target::load(folder / "target.exr"), streamed = Target::stream(folder / "target.exr");
+    EXPECT_TRUE(streamed.image.values.empty());
+    EXPECT_EQ(streamed.image.width, 32);
+    Recovery one(device(), scene, {kept, kept}, paintingOptions()), other(device(), scene, {kept, streamed}, paintingOptions());
+    for (int i = 0; i < 2; ++i) {
+        one.step();
+        other.step();
+    }
+    EXPECT_EQ(one.values(kPainting), other.values(kPainting));
+    EXPECT_EQ(other.target(1).values, kept.image.values);
+
+    saveImage(folder / "target.exr", smallTarget(2).image);
+    const Error changed = errorOf([&] { other.step(); });
+    EXPECT_EQ(changed.kind, ErrorKind::Input);
+    EXPECT_NE(std::string(changed.what()).find("target.exr"), std::string::npos) << changed.what();
+    EXPECT_EQ(other.steps(), 2u);
+    EXPECT_EQ(other.values(kPainting), one.values(kPainting)); // nothing is lost
+    std::filesystem::remove(folder / "target.exr");
+    EXPECT_EQ(errorOf([&] { other.step(); }).kind, ErrorKind::Input);
+}
+
 TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
     const Folder folder;
     const Scene scene = greyScene();

@@ -68,7 +68,7 @@ TEST_F(CheckpointFiles, ARunGoesOnAsIfItHadNotEnded) {
     configs.push_back(makeConfig(OptimizerKind::Auto)); // images of the values of several steps
     configs.back().viewsPerStep = 1;
     configs.push_back(configs.back()); // and some that begin anew
-    configs.back().imageValueBytes = 0;
+    configs.back().imageBytes = 0;
     for (const OptimizeConfig& config : configs) {
         Bench whole(config);
         whole.advance(20);

@@ -392,7 +392,7 @@ TEST(GaussNewton, ImagesAreSampledWhereTheyAnswer) {
 }
 
 // Error after as many passes of a view as `steps` of all six take, of a texture alone.
-double errorOfViews(std::uint32_t viewsPerStep, std::uint32_t steps, double noise, std::size_t imageValueBytes = std::size_t(1) << 20) {
+double errorOfViews(std::uint32_t viewsPerStep, std::uint32_t steps, double noise, std::size_t imageBytes = std::size_t(1) << 20) {
     Scene scene = makeScene(), truth = makeTruth();
     scene.parameters.pop_back();
     truth.parameters.pop_back();
@@ -402,7 +402,7 @@ double errorOfViews(std::uint32_t viewsPerStep, std::uint32_t steps, double nois
     for (std::size_t view = 0; view < 6; ++view)
         config.targets[view].image = exact.render(view, 1, {});
     config.viewsPerStep = viewsPerStep;
-    config.imageValueBytes = imageValueBytes;
+    config.imageBytes = imageBytes;
     Optimization run(model, scene, config, {0});
     const ViewOrder order(config.seed, 6, viewsPerStep);
     while (order.seenBefore(run.state().step) < 6 * steps)
@@ -427,7 +427,31 @@ TEST(GaussNewton, ComesNearerWithFewViewsAtFirst) {
     EXPECT_LT(errorOfViews(0, 20, 0.3), 1.2 * errorOfViews(6, 20, 0.3)); // and no farther at last
 }
 
-// Images that no values are kept of begin anew, with random numbers of their own: their noise is larger, and still not what the values fit.
+TEST(GaussNewton, CarriesImagesOfAsManyViewsAsMemoryAllows) {
+    for (const std::uint32_t viewsPerStep : {1u, 6u}) {
+        Scene scene = makeScene(), truth = makeTruth();
+        LinearModel model(scene, 6, 16, 16, 0.3), exact(truth, 6, 16, 16, 0);
+        OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+        config.targets.resize(6);
+        for (std::size_t view = 0; view < 6; ++view)
+            config.targets[view].image = exact.render(view, 1, {});
+        config.viewsPerStep = viewsPerStep;
+        const std::size_t image = RunningImage::bytes(256), values = 4 * (scene.parameters[0].entries() + scene.parameters[1].entries());
+        config.imageBytes = 3 * image + (viewsPerStep == 1 ? 3 : 1) * values; // values of a step that sees all views are of all images
+        Optimization run(model, scene, config, {0, 1});
+        for (int step = 0; step < 12; ++step)
+            run.step();
+        std::set<const StepValues*> sets;
+        for (std::size_t view = 0; view < 6; ++view) {
+            EXPECT_EQ(run.state().images[view].empty(), view >= 3) << view;
+            EXPECT_EQ(run.state().imageValues[view] == nullptr, view >= 3) << view;
+            sets.insert(run.state().imageValues[view].get());
+        }
+        EXPECT_EQ(sets.size(), viewsPerStep == 1 ? 4u : 2u); // with none
+    }
+}
+
+// Images beyond the memory for them begin anew, with random numbers of their own: their noise is larger, and still not what the values fit.
 TEST(GaussNewton, RecoversWhereImagesBeginAnew) { EXPECT_LT(errorOfViews(1, 20, 0.3, 0), 4 * errorOfViews(1, 20, 0.3)); }
 
 TEST(GaussNewton, SaysWhatItNeeds) {
