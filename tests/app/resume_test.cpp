@@ -160,7 +160,7 @@ void Resume::killAndResume(int kills) {
     std::cout << survived << " kills, " << amidst << " of them between two steps, in " << finished << " runs of " << seconds << " s\n";
 }
 
-TEST_F(Resume, SurvivesKills) { killAndResume(10); }
+TEST_F(Resume, SurvivesKills) { killAndResume(5); }
 TEST_F(Resume, FullSurvivesKills) { killAndResume(200); }
 
 TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {

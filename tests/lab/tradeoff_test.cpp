@@ -146,7 +146,7 @@ TEST(TradeoffProgram, MeasuresEveryKnob) {
     const std::string box = CMPG_SOURCE_DIR "/scenes/box/scene.gltf";
     writeExr(folder / "target.exr", Image(12, 12, 3, 0.3f));
     const auto run = runProgram({"tradeoff", box, "--headless", "--json", "--param", "white.baseColor", "--target", folder / "target.exr", "--spp", "4",
-                                 "--max-depth", "3", "--train", "2", "--time", "4s", "--seeds", "2", "--sampling", "bsdf", "--roulette", "off", "-o",
+                                 "--max-depth", "3", "--train", "2", "--time", "1s", "--seeds", "2", "--sampling", "bsdf", "--roulette", "off", "-o",
                                  folder / "out"});
     ASSERT_EQ(run.code, 0) << run.err;
     const auto json = nlohmann::json::parse(run.out);

@@ -59,7 +59,7 @@ void checkRandomScenes(std::uint32_t first, std::uint32_t count, std::uint32_t s
     report(checker);
 }
 
-TEST(Metamorphic, RandomScenes) { checkRandomScenes(0, 16, 5); }
+TEST(Metamorphic, RandomScenes) { checkRandomScenes(0, 8, 5); }
 
 // Light samples for both sides of what reflects diffusely alone: where each of a few scenes is needed to tell.
 TEST(Metamorphic, CornersRunEitherWay) {

@@ -100,6 +100,7 @@ def same(counts=(1, 3)):
                               "-o", str(o)],
         "run-adam": lambda o: recovery(o, "--optimizer", "adam", "--spp-difference", "0", "--sampling", "conditional"),
         "run-views": lambda o: recovery(o, "--target", target()),
+        "run-turns": lambda o: recovery(o, "--target", target(), "--views-per-step", "1"),
     })
 
 
