@@ -86,6 +86,7 @@ struct RecoveryStep {
     double concentration = 0;   // of the gradient: the share of the few largest paths in the sum of all squares; 0: not measured
     std::uint64_t paths = 0;    // from the camera, of image and gradient
     std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
+    double nextSeconds = 0;     // that the next step is expected to take: as this one, by its number of views and whether it measures curvature
     std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 
@@ -103,7 +104,7 @@ class Recovery {
     void prepare();
     std::uint32_t steps() const; // done so far
     bool done() const;           // all of RecoveryOptions::steps
-    // Of the steps done, those before resume() included: without warnings, paths and concentration.
+    // Of the steps done, those before resume() included: without warnings, paths, concentration and what comes next.
     std::vector<RecoveryStep> history() const;
 
     std::vector<ParameterInfo> parameters() const;

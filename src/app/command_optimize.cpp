@@ -227,8 +227,8 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     try {
         while (!stopped && run.steps() < end) {
             const v1::RecoveryStep step = run.step();
-            const double now = report.elapsed(), taken = now - std::exchange(lastStep, now);
-            const StepAgreement agreed = agreeAfterStep(options.timeBudget && now + taken > double(*options.timeBudget), stopRequested());
+            const double now = report.elapsed(), beside = now - std::exchange(lastStep, now) - step.seconds;
+            const StepAgreement agreed = agreeAfterStep(options.timeBudget && now + beside + step.nextSeconds > double(*options.timeBudget), stopRequested());
             if (agreed.timeUp)
                 end = step.step + 1;
             stopped = agreed.stop;

@@ -231,6 +231,8 @@ RecoveryStep Recovery::step() {
     const std::lock_guard lock(s.device->mutex);
     const Stopwatch watch;
     StepReport report;
+    const Optimization& optimization = s.run->optimization();
+    const double work = optimization.nextWork();
     try {
         together(s.device->ranks(), [&] {
             s.prepare();
@@ -247,6 +249,7 @@ RecoveryStep Recovery::step() {
     step.seconds = watch.seconds();
     step.concentration = report.concentration;
     step.paths = report.samples;
+    step.nextSeconds = step.seconds * optimization.nextWork() / work;
     step.warnings = s.watch.observe(report);
     return step;
 }

@@ -172,11 +172,15 @@ bool Optimization::measuresDiagonal(std::size_t i) const {
     return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()));
 }
 
-void Optimization::measureCurvature(std::span<const std::size_t> views, StepReport& report) {
-    bool due = false;
+bool Optimization::measuresAnyDiagonal() const {
     for (std::size_t i = 0; i < parameters_.size(); ++i)
-        due |= measuresDiagonal(i);
-    if (!due)
+        if (measuresDiagonal(i))
+            return true;
+    return false;
+}
+
+void Optimization::measureCurvature(std::span<const std::size_t> views, StepReport& report) {
+    if (!measuresAnyDiagonal())
         return;
     const ScopedTime time(report.secondsGradient);
     const auto moves = [&](std::size_t i) {

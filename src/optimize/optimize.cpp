@@ -179,6 +179,8 @@ StepReport Optimization::step() {
     return report;
 }
 
+double Optimization::nextWork() const { return double(viewOrder().viewsOf(state_.step).size()) * (measuresAnyDiagonal() ? 2 : 1); }
+
 RunningImage Optimization::image(std::size_t view, const Target& target, std::uint32_t step) {
     if (!carriesImages()) {
         RunningImage image;

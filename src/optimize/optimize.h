@@ -111,6 +111,7 @@ class Optimization {
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
+    double nextWork() const; // of the next step, about: in passes of one view
     // To go on where another run of the same parameters was after a step: with its values and gradients, which fit.
     void restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients);
     // Error(Input) if they do not.
@@ -137,6 +138,7 @@ class Optimization {
     void measureCurvature(std::span<const std::size_t> views, StepReport& report);
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;
+    bool measuresAnyDiagonal() const;
     void addDiagonal(std::size_t parameter);
     void setImageValues(std::size_t view);
     std::size_t carriedViews() const;

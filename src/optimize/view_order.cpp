@@ -37,26 +37,28 @@ ViewOrder::Place ViewOrder::at(std::uint32_t step) const {
         const std::uint64_t count = std::min<std::uint64_t>(perStep_, views_);
         return {step * count, count};
     }
-    Place place;
-    std::uint64_t left = step;
+    // No step sees views of two orders: it could see one twice.
     const std::uint64_t most = std::min<std::uint64_t>(views_, kMostViews);
-    for (std::uint64_t end = views_; place.count < most; end += views_) {
-        const std::uint64_t steps = (end - place.seen + place.count - 1) / place.count, taken = std::min(left, steps);
-        place.seen += taken * place.count;
-        left -= taken;
-        if (taken < steps)
-            return place;
-        place.count = std::min<std::uint64_t>(2 * place.count, most);
+    std::uint64_t left = step;
+    for (std::uint64_t order = 0;; ++order) {
+        const std::uint64_t count = std::min(order + 1, most), steps = (views_ + count - 1) / count;
+        if (count == most) {
+            order += left / steps;
+            left %= steps;
+        }
+        if (left < steps) {
+            const std::uint64_t begin = views_ * left / steps, end = views_ * (left + 1) / steps;
+            return {order * views_ + begin, end - begin};
+        }
+        left -= steps;
     }
-    place.seen += left * place.count;
-    return place;
 }
 
 std::uint32_t ViewOrder::stepsBeforeAll() const {
     constexpr std::uint32_t kNever = ~0u;
     if (perStep_ > 0)
         return perStep_ >= views_ ? 0 : kNever;
-    std::uint32_t first = 0, last = kNever; // the number of views never falls
+    std::uint32_t first = 0, last = kNever; // after one that sees all, all do
     while (first < last)
         if (const std::uint32_t middle = first + (last - first) / 2; seesAll(middle))
             last = middle;

@@ -11,7 +11,8 @@ namespace cmpg {
 // is seen once before any is seen again.
 class ViewOrder {
   public:
-    // `perStep`: so many a step, all of them where it is not less than `views`; 0: one, twice as many after every order, at last all or 16.
+    // `perStep`: so many a step, all of them where it is not less than `views`; 0: one, and about one more after every order, at last all or 16. So no
+    // step takes much more than 1 / `views` of the time of all before it.
     ViewOrder(std::uint64_t seed, std::size_t views, std::uint32_t perStep) : seed_(seed), views_(views), perStep_(perStep) {}
 
     // All views in their own order where a step sees all.

@@ -40,6 +40,19 @@ TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
     EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
 }
 
+TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
+    RecoveryOptions options = paintingOptions();
+    options.viewsPerStep = 0;
+    Recovery recovery(device(), greyScene(), {smallTarget(), smallTarget(), smallTarget(), smallTarget()}, options);
+    std::vector<double> ratios;
+    for (int i = 0; i < 8; ++i) {
+        const RecoveryStep step = recovery.step();
+        ratios.push_back(step.nextSeconds / step.seconds);
+    }
+    // Four steps of one view, which measure the curvature, four of two views, and one of all, which measures it.
+    EXPECT_EQ(ratios, (std::vector<double>{1, 1, 1, 1, 1, 1, 1, 4}));
+}
+
 TEST(LibraryRecovery, ReadsTargetsWhenStepsSeeThem) {
     const Folder folder;
     const Scene scene = greyScene();
