@@ -16,6 +16,8 @@ from ._errors import UsageError
 from ._renderer import path_options
 from ._scene import Device, Scene
 
+MOST_TARGET_BYTES = _cmpg.Target.most_bytes
+
 
 class Recovery(Iterator[RecoveryStep]):
     """Recovers parameters of a scene from images of it: an iterator over its steps.
@@ -67,7 +69,7 @@ class Recovery(Iterator[RecoveryStep]):
         targets: list[Any] = []
         for camera, image in views.items():
             held = sum(known.nbytes for known in targets)
-            targets.append(target_of(image, camera, mask, target_exposure, held >= _cmpg.Target.most_bytes))
+            targets.append(target_of(image, camera, mask, target_exposure, held >= MOST_TARGET_BYTES))
         rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
         self._handle = _cmpg.Recovery(
             (device or scene.device)._handle, scene._handle, targets, names_of(param), paths, steps=steps, spp=spp, spp_gradient=spp_gradient,

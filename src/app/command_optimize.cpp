@@ -57,26 +57,22 @@ std::uint32_t pictureSamples(const Options& options, std::size_t views) {
     return views <= kFew ? samples : std::max(kLeastOfMany, std::uint32_t(std::uint64_t(samples) * kFew / views));
 }
 
-void writeTargets(const v1::Recovery& run, std::size_t views, RunFolder& folder) {
-    for (std::size_t view = 0; view < views; ++view)
-        folder.writeView("target", view, views, run.target(view));
-}
-
-// Pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters changed, not by how
-// they were sampled. They come last, so that no time of a budget is theirs. Returns those of the contact sheet: there may be more views than memory holds.
+// The targets, and pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters
+// changed, not by how they were sampled. They come last, so that no time of a budget is theirs. Returns those of the contact sheet: there may be more views than memory holds.
 std::vector<ContactSheet::ViewRow> writePictures(const Options& options, v1::Recovery& run, const std::vector<std::string>& titles, RunFolder& folder) {
     const std::size_t views = titles.size();
     const std::uint32_t spp = pictureSamples(options, views);
     std::vector<ContactSheet::ViewRow> rows;
     for (std::size_t view = 0; view < views; ++view) {
-        Image initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = recovered;
+        Image target = run.target(view), initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = recovered;
         for (std::size_t i = 0; i < difference.values.size(); ++i)
             difference.values[i] -= initial.values[i];
+        folder.writeView("target", view, views, target);
         folder.writeView("initial", view, views, initial);
         folder.writeView("final", view, views, recovered);
         folder.writeView("difference", view, views, difference);
         if (view < ContactSheet::kMostRows)
-            rows.push_back({titles[view], run.target(view), std::move(initial), std::move(recovered)});
+            rows.push_back({titles[view], std::move(target), std::move(initial), std::move(recovered)});
     }
     return rows;
 }
@@ -207,7 +203,6 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     checkpoints.resume(run);
     const std::vector<v1::RecoveryStep> before = run.history();
     RunFolder folder(output, before);
-    writeTargets(run, views.views.size(), folder);
     for (const v1::RecoveryStep& step : before)
         addStep(report, step);
     run.prepare();

@@ -40,6 +40,17 @@ def test_takes_files_cameras_and_masks(grey, target, tmp_path):
     np.testing.assert_array_equal(exposed[PAINTING], same[PAINTING])
 
 
+def test_reads_files_when_steps_see_them(grey, target, tmp_path, monkeypatch):
+    target.save(tmp_path / "target.exr")
+    held = cmpg.Recovery(grey, tmp_path / "target.exr", PAINTING, max_depth=4)
+    monkeypatch.setattr("cmpg._recovery.MOST_TARGET_BYTES", 0)
+    streamed = cmpg.Recovery(grey, tmp_path / "target.exr", PAINTING, max_depth=4)
+    assert held.step().loss == streamed.step().loss
+    (target * 2).save(tmp_path / "target.exr")
+    with pytest.raises(cmpg.InputError, match="another one than at the start"):
+        streamed.step()
+
+
 def test_goes_on_from_a_checkpoint(grey, target, tmp_path):
     options = dict(max_depth=4, rate={"baseColor": 0.05})
     whole, half, resumed = (cmpg.Recovery(grey, target, PAINTING, **options) for _ in range(3))
