@@ -4,6 +4,7 @@
 #include "base/stopwatch.h"
 #include "median.h"
 #include "render/renderer.h"
+#include "scene/scene_file.h"
 
 #include <cstdio>
 #include <cstdlib>

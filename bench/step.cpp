@@ -5,6 +5,7 @@
 #include "median.h"
 #include "optimize/optimize.h"
 #include "optimize/renderer_model.h"
+#include "scene/scene_file.h"
 
 #include <cstdio>
 

@@ -1,8 +1,10 @@
-// Builds the hierarchy: pairs triangles into blocks, splits the blocks, writes the records the kernels read.
+// Builds the hierarchy: pairs triangles into blocks, splits the blocks into a binary tree, refines and collapses it, writes the records the kernels read.
 #include "scene/bvh.h"
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "scene/bvh_collapse.h"
+#include "scene/bvh_refine.h"
 #include "scene/bvh_split.h"
 
 #include <algorithm>
@@ -97,36 +99,27 @@ void pairTriangles(const Geometry& g, std::vector<Pair>& pairs, std::vector<Refe
     }
 }
 
-// A subtree of the binary tree while it is collapsed into wide nodes.
-struct Subtree {
-    Box box;
-    std::uint32_t slot, begin, end;
-    bool leaf;
-
-    std::uint32_t records() const { return leaf ? end - begin : 1; }
-};
-
 struct Leaf {
     std::uint32_t record, begin, blocks, firstTriangle;
 };
 
-// Collapses the binary tree to nodes of kBvhWidth children and writes the records, depth first.
+// Writes the records of the wide nodes and their leaves, depth first.
 class Writer {
   public:
-    Writer(const Geometry& geometry, const SplitTree& tree, const std::vector<Pair>& pairs, const std::vector<Reference>& references, Bvh& bvh)
-        : geometry_(geometry), tree_(tree), pairs_(pairs), references_(references), bvh_(bvh) {
-        const glm::vec3 reach = glm::max(glm::abs(tree.box.low), glm::abs(tree.box.high));
+    Writer(const Geometry& geometry, const Collapse& collapse, const std::vector<Pair>& pairs, const std::vector<Reference>& references, Bvh& bvh)
+        : geometry_(geometry), collapse_(collapse), pairs_(pairs), references_(references), bvh_(bvh) {
+        const Box& box = collapse.root().box;
+        const glm::vec3 reach = glm::max(glm::abs(box.low), glm::abs(box.high));
         // The triangle test rounds in units of the distance to the ray's origin; a ray accepted just outside a triangle must have
         // met its box. Eight units in the last place of the largest coordinate are more than those roundings together.
         padding_ = 8 * 6e-8f * std::max({reach.x, reach.y, reach.z});
-        rootArea_ = std::max(tree.box.halfArea(), std::numeric_limits<float>::min());
+        rootArea_ = std::max(box.halfArea(), std::numeric_limits<float>::min());
     }
 
     void run() {
         bvh_.records.emplace_back();
-        const std::uint32_t n = std::uint32_t(references_.size());
-        if (n > 0)
-            writeNode(0, {tree_.box, 0, 0, n, tree_.single}, 1);
+        if (!references_.empty())
+            writeNode(0, collapse_.root(), 1);
         bvh_.sahCost = float(cost_);
         bvh_.order.resize(triangles_);
         parallelFor(leaves_.size(), 4096, [&](std::size_t begin, std::size_t end) {
@@ -136,28 +129,9 @@ class Writer {
     }
 
   private:
-    // The children of a wide node: halves are opened, largest first, until there are enough.
-    std::uint32_t collapse(const Subtree& root, std::array<Subtree, gpu::kBvhWidth>& children) const {
-        children[0] = root;
-        std::uint32_t n = 1;
-        while (n < gpu::kBvhWidth) {
-            std::uint32_t widest = n;
-            for (std::uint32_t i = 0; i < n; ++i)
-                if (!children[i].leaf && (widest == n || children[i].box.halfArea() > children[widest].box.halfArea()))
-                    widest = i;
-            if (widest == n)
-                break;
-            const Subtree t = children[widest];
-            const SplitNode& split = tree_.slots[t.slot];
-            children[widest] = {split.left, t.slot + 1, t.begin, split.middle, split.leftLeaf};
-            children[n++] = {split.right, t.slot + (split.middle - t.begin), split.middle, t.end, split.rightLeaf};
-        }
-        return n;
-    }
-
     void writeNode(std::uint32_t record, const Subtree& subtree, std::uint32_t depth) {
         std::array<Subtree, gpu::kBvhWidth> children;
-        const std::uint32_t n = collapse(subtree, children);
+        const std::uint32_t n = collapse_.children(subtree, children);
         bvh_.depth = std::max(bvh_.depth, depth);
         cost_ += subtree.box.halfArea() / rootArea_;
 
@@ -242,7 +216,7 @@ class Writer {
     }
 
     const Geometry& geometry_;
-    const SplitTree& tree_;
+    const Collapse& collapse_;
     const std::vector<Pair>& pairs_;
     const std::vector<Reference>& references_;
     Bvh& bvh_;
@@ -258,11 +232,19 @@ Bvh buildBvh(const Geometry& geometry, unsigned threads) {
     std::vector<Pair> pairs;
     std::vector<Reference> references;
     pairTriangles(geometry, pairs, references);
-    const SplitTree tree = splitReferences(references, threads ? threads : std::max(1u, std::thread::hardware_concurrency()));
+    const SplitTree split = splitReferences(references, threads ? threads : std::max(1u, std::thread::hardware_concurrency()));
 
     Bvh bvh;
     bvh.records.reserve(references.size() * 3 / 2 + 1);
-    Writer(geometry, tree, pairs, references, bvh).run();
+    Collapse collapse(split, references.size());
+    // Refining looks at binary nodes; where that makes the wide ones no cheaper, as in scenes of a few boxes, it is dropped.
+    RefinedTree refined = refine(split, references, gpu::kMaxBvhDepth);
+    if (!refined.references.empty())
+        if (Collapse other(refined.tree, refined.references.size()); other.cost() < collapse.cost()) {
+            collapse = std::move(other);
+            references = std::move(refined.references);
+        }
+    Writer(geometry, collapse, pairs, references, bvh).run();
     if (bvh.records.size() > gpu::kMaxBvhRecords)
         throw Error(ErrorKind::Input, "the scene has too many triangles: " + std::to_string(geometry.triangles.size()),
                     "the hierarchy over them exceeds what a kernel can address, 2 GiB", "simplify the scene; some 40 million triangles fit");

@@ -1,11 +1,16 @@
 // Invariants of the hierarchy, and that it does not depend on the number of threads.
 #include "scene/bvh.h"
+#include "scene/bvh_collapse.h"
+#include "scene/bvh_refine.h"
 #include "support/generated_geometry.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -149,6 +154,74 @@ TEST(Bvh, DoesNotDependOnThreads) {
         const Bvh other = buildBvh(g, threads);
         EXPECT_EQ(one.records, other.records) << threads << " threads";
         EXPECT_EQ(one.order, other.order) << threads << " threads";
+    }
+}
+
+std::vector<Reference> boxesOf(const Geometry& g) {
+    std::vector<Reference> references;
+    for (std::uint32_t i = 0; i < g.triangles.size(); ++i) {
+        Box box;
+        for (const std::uint32_t v : g.triangles[i].vertices)
+            box.grow(g.positions[v]);
+        references.push_back({box.low, i, box.high, 1});
+    }
+    return references;
+}
+
+TEST(BvhRefine, MakesTheHierarchyOfARoomCheaperAndLosesNothing) {
+    std::vector<Reference> references = boxesOf(generated::room(0.5f));
+    const SplitTree tree = splitReferences(references, 1);
+    const RefinedTree refined = refine(tree, references, gpu::kMaxBvhDepth);
+    ASSERT_EQ(refined.references.size(), references.size());
+    EXPECT_LT(Collapse(refined.tree, references.size()).cost(), 0.95f * Collapse(tree, references.size()).cost());
+    std::vector<std::uint32_t> items;
+    for (const Reference& r : refined.references)
+        items.push_back(r.item);
+    std::ranges::sort(items);
+    for (std::uint32_t i = 0; i < items.size(); ++i)
+        ASSERT_EQ(items[i], i);
+}
+
+TEST(BvhRefine, KeepsToTheDepth) {
+    std::vector<Reference> references = boxesOf(generated::room(0.5f));
+    EXPECT_TRUE(refine(splitReferences(references, 1), references, 0).references.empty()) << "longer than the longest path that was there";
+}
+
+// The least cost of a subtree as at most `most` children of one node, by trying everything.
+float leastCost(const SplitTree& tree, const Subtree& t, std::uint32_t most) {
+    const float area = t.box.halfArea();
+    if (t.leaf)
+        return area * float(t.records());
+    const SplitNode& split = tree.slots[t.slot];
+    const Subtree left{split.left, t.slot + 1, t.begin, split.middle, split.leftLeaf};
+    const Subtree right{split.right, t.slot + (split.middle - t.begin), split.middle, t.end, split.rightLeaf};
+    const auto halves = [&](std::uint32_t children) {
+        float least = std::numeric_limits<float>::infinity();
+        for (std::uint32_t i = 1; i < children; ++i)
+            least = std::min(least, leastCost(tree, left, i) + leastCost(tree, right, children - i));
+        return least;
+    };
+    const float whole = 1.5f * area + halves(gpu::kBvhWidth);
+    return most == 1 ? whole : std::min(whole, halves(most));
+}
+
+TEST(BvhCollapse, IsTheCheapestOfAll) {
+    for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+        std::vector<Reference> references = boxesOf(generated::soup(14, 0.4f, seed));
+        const SplitTree tree = splitReferences(references, 1);
+        const Collapse collapse(tree, references.size());
+        EXPECT_FLOAT_EQ(collapse.cost(), leastCost(tree, collapse.root(), 1)) << "seed " << seed;
+        // What it hands out costs what it says.
+        const std::function<float(const Subtree&)> costOf = [&](const Subtree& node) {
+            if (node.leaf)
+                return node.box.halfArea() * float(node.records());
+            std::array<Subtree, gpu::kBvhWidth> children;
+            float sum = 1.5f * node.box.halfArea();
+            for (std::uint32_t i = 0, n = collapse.children(node, children); i < n; ++i)
+                sum += costOf(children[i]);
+            return sum;
+        };
+        EXPECT_FLOAT_EQ(collapse.cost(), costOf(collapse.root())) << "seed " << seed;
     }
 }
 
