@@ -5,6 +5,7 @@
 #include "vk/device.h"
 #include "vk/fault.h"
 #include "vk/instance.h"
+#include "vk/kernel_cache.h"
 #include "vk/spirv_reflection.h"
 #include "vk/vulkan.h"
 
@@ -68,6 +69,7 @@ struct Device::Impl {
     std::atomic<double> compileSeconds = 0;
     std::map<std::string, double> compileTimes;
     KernelStore kernels;
+    const KernelCache kernelCache;
 
     explicit Impl(const Options& options);
 
