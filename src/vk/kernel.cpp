@@ -135,7 +135,7 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
     device.impl().compileSeconds += watch.seconds();
 }
 
-std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests) {
+std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests, Wanted wanted) {
     const Stopwatch watch;
     std::vector<Kernel> kernels(requests.size());
     std::vector<std::size_t> order(requests.size()); // the largest first: none of them shall be the last to begin
@@ -143,6 +143,7 @@ std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> r
     std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return findKernel(requests[i].name).variant(device.variant()).words.size(); });
     parallelFor(requests.size(), 1, [&](std::size_t i, std::size_t) {
         const KernelRequest& request = requests[order[i]];
+        const Processors::Place place(device.impl().processors, wanted == Wanted::Later);
         kernels[order[i]].impl_ = makeKernel(device.impl(), request.name, request.constants);
     });
     device.impl().compileSeconds += watch.seconds();
