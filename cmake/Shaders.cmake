@@ -25,7 +25,7 @@ function(cmpg_embed_shaders target folder source)
         set(defines -DCMPG_STORAGE_TEXELS)
       endif()
       add_custom_command(OUTPUT ${header}
-        COMMAND ${GLSLANG} --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines}
+        COMMAND ${GLSLANG} --quiet -g0 --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines} # names are a fifth of a kernel, to read and to keep
                 --vn ${symbol} --depfile ${header}.d -o ${header} ${kernel}
         COMMAND ${CMAKE_COMMAND} -DHEADER=${header} -DSYMBOL=${symbol} -P ${PROJECT_SOURCE_DIR}/cmake/AppendDigest.cmake
         DEPENDS ${kernel} DEPFILE ${header}.d VERBATIM
