@@ -15,12 +15,15 @@ set(seconds Metamorphic 264 References/Mitsuba 237 Features 163 Resume 149 Scene
   Slots/SlotDerivative 50)
 # The end of what a process prints none of whose cases passed or failed.
 set(all_skipped "PASSED  \\] 0 tests\\.\n(\\[  SKIPPED \\] [^\n]*\n)+$")
+# And of one that was asked for cases that it does not have.
+set(none "0 tests from 0 test suites ran")
 if(LABEL)
   set(LABEL ";${LABEL}")
 endif()
 function(add_entry name filter label timeout cost)
   string(APPEND text "add_test([==[${name}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${filter}]==])\n"
     "set_tests_properties([==[${name}]==] PROPERTIES LABELS \"${label}\" TIMEOUT ${timeout} SKIP_REGULAR_EXPRESSION [==[${all_skipped}]==]"
+    " FAIL_REGULAR_EXPRESSION [==[${none}]==]"
     " COST ${cost} ENVIRONMENT \"${ENVIRONMENT}\")\n")
   set(text "${text}" PARENT_SCOPE)
 endfunction()
@@ -41,8 +44,9 @@ foreach(line IN LISTS lines)
     end_suite()
     set(suite ${CMAKE_MATCH_1})
   elseif(line MATCHES "^  ([A-Za-z0-9_/]+)")
-    if("${suite}.${CMAKE_MATCH_1}" MATCHES "Full")
-      add_entry(${NAME}.${suite}.${CMAKE_MATCH_1} "${suite}.${CMAKE_MATCH_1}" "full${LABEL}" 7200 0)
+    set(case ${suite}.${CMAKE_MATCH_1})
+    if(case MATCHES "Full")
+      add_entry(${NAME}.${case} ${case} "full${LABEL}" 7200 0)
     else()
       set(quick TRUE)
     endif()
