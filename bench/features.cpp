@@ -114,6 +114,7 @@ void starts(const char* name, const std::string& file, const char* parameter) {
 
 void features(const std::string& scenes) {
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 1); // read when a device is made
+    setenv("CMPG_CACHE", "0", 1);
     std::printf("\nOnly what a scene requires, against all features: medians of seconds, and ratios\n");
     std::printf("%-12s %-14s %10s %10s %8s %14s %10s %8s\n", "scene", "what", "own", "all", "ratio", "processor: own", "all", "ratio");
     { Device first{Device::Options{}}; } // what the driver does once in a process
@@ -123,6 +124,7 @@ void features(const std::string& scenes) {
         passes(name, file, parameter);
     }
     unsetenv("MESA_SHADER_CACHE_DISABLE");
+    unsetenv("CMPG_CACHE");
 }
 
 } // namespace cmpg::bench

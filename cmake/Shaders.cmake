@@ -25,14 +25,19 @@ function(cmpg_embed_shaders target folder source)
         set(defines -DCMPG_STORAGE_TEXELS)
       endif()
       add_custom_command(OUTPUT ${header}
-        COMMAND ${GLSLANG} --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines}
+        COMMAND ${GLSLANG} --quiet -g0 --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines} # names are a fifth of a kernel, to read and to keep
                 --vn ${symbol} --depfile ${header}.d -o ${header} ${kernel}
+        COMMAND ${CMAKE_COMMAND} -DHEADER=${header} -DSYMBOL=${symbol} -P ${PROJECT_SOURCE_DIR}/cmake/AppendDigest.cmake
         DEPENDS ${kernel} DEPFILE ${header}.d VERBATIM
         COMMENT "Compiling kernel ${symbol}")
       list(APPEND headers ${header})
       string(APPEND includes "#include \"${symbol}.h\"\n")
     endforeach()
-    string(APPEND table "    {\"${name}\", ${name}_full, ${name}_cpu, ${name}_portable},\n")
+    string(APPEND table "    {\"${name}\"")
+    foreach(variant full cpu portable)
+      string(APPEND table ", {${name}_${variant}, ${name}_${variant}_digest}")
+    endforeach()
+    string(APPEND table "},\n")
   endforeach()
   file(CONFIGURE OUTPUT ${out}/spirv_table.inc CONTENT
     "#include <vector>\n${includes}static const std::vector<cmpg::EmbeddedKernel> kEmbeddedKernels = {\n${table}};\n" @ONLY)

@@ -3,14 +3,11 @@
 #include "optimize/checkpoint_file.h"
 
 #include "base/byte_stream.h"
+#include "base/descriptor.h"
 #include "base/error.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fcntl.h>
-#include <unistd.h>
-#include <utility>
 #include <zlib.h>
 
 namespace cmpg {
@@ -26,34 +23,6 @@ std::uint32_t checksum(std::span<const std::uint8_t> bytes, std::uint32_t before
 }
 
 Error refusal(const std::string& what, const std::string& cause) { return {ErrorKind::Input, what, cause}; }
-
-// A file descriptor that closes itself.
-class Descriptor {
-  public:
-    Descriptor(const fs::path& path, int flags) : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
-    ~Descriptor() {
-        if (descriptor_ >= 0)
-            ::close(descriptor_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    int get() const { return descriptor_; }
-    bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; } // which may tell of writes that failed
-
-  private:
-    int descriptor_;
-};
-
-bool writeAll(int descriptor, std::span<const std::uint8_t> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return false;
-        bytes = bytes.subspan(std::size_t(written));
-    }
-    return true;
-}
 
 // errno of the first thing that failed; 0: it is on the disk.
 int writeSynced(const fs::path& file, std::span<const std::uint8_t> bytes) {

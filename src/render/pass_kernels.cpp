@@ -56,7 +56,8 @@ void PassKernels::prepareAhead(const std::vector<FeatureSet::Pass>& passes) {
     std::vector<std::packaged_task<Wavefront()>> tasks;
     for (const FeatureSet::Pass& pass : passes)
         if (!kernels_.contains(pass) && !ahead_.contains(pass)) {
-            tasks.emplace_back([this, pass] { return Wavefront(device_, features_, pass); });
+            const Wanted wanted = tasks.empty() ? Wanted::Now : Wanted::Later; // who waits for the first one compiles it next
+            tasks.emplace_back([this, pass, wanted] { return Wavefront(device_, features_, pass, wanted); });
             ahead_.emplace(pass, tasks.back().get_future());
         }
     makers_.emplace_back([all = std::move(tasks)]() mutable {

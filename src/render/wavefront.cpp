@@ -160,12 +160,13 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     return choice;
 }
 
-Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass) : device_(device), features_(features), pass_(pass) {
+Wavefront::Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass, Wanted wanted)
+    : device_(device), features_(features), pass_(pass) {
     const std::vector<KernelChoice> choices = chooseKernels(features, pass);
     std::vector<KernelRequest> requests;
     for (const KernelChoice& choice : choices)
         requests.push_back({choice.name, choice.constants});
-    std::vector<Kernel> made = makeKernels(device, requests);
+    std::vector<Kernel> made = makeKernels(device, requests, wanted);
     for (std::size_t i = 0; i < choices.size(); ++i)
         kernels_.emplace(choices[i].step, std::move(made[i]));
 }

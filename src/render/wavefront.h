@@ -57,7 +57,7 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
 // The kernels of one kind of pass.
 class Wavefront {
   public:
-    Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass);
+    Wavefront(Device& device, const FeatureSet& features, const FeatureSet::Pass& pass, Wanted wanted = Wanted::Now);
 
     // Records one batch: generate_rays -> (trace_closest -> split_paths -> sort_vertices -> shade_... -> trace_shadow) x depth -> scan_tape x depth, then
     // gather_film or gather_moments where they are wanted. `guide`: null where nothing is guided or recorded.

@@ -7,6 +7,8 @@
 #include <bit>
 #include <cstring>
 #include <stdexcept>
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace cmpg {
 
@@ -18,6 +20,18 @@ void requireRange(const Buffer::Impl& buffer, std::uint64_t offset, std::uint64_
     if (offset > buffer.bytes || bytes > buffer.bytes - offset)
         throw std::out_of_range("transfer of " + std::to_string(bytes) + " bytes at " + std::to_string(offset) + " of '" + buffer.name +
                                 "', which has " + std::to_string(buffer.bytes));
+}
+
+// Clears memory that the system may not have given yet. It gives pages asked for at once in 0.6 of the time of pages touched one by one, which is most of
+// what clearing takes. Where it cannot, they are touched.
+void clear(std::byte* memory, std::uint64_t bytes) {
+#ifdef MADV_POPULATE_WRITE
+    static const auto page = std::uint64_t(::sysconf(_SC_PAGESIZE));
+    const auto begin = roundUp(reinterpret_cast<std::uintptr_t>(memory), page), end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / page * page;
+    if (begin < end)
+        ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_WRITE);
+#endif
+    std::memset(memory, 0, bytes);
 }
 
 } // namespace
@@ -68,7 +82,7 @@ Buffer::Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind
     memory.peakByKind[std::size_t(kind)] = std::max(memory.peakByKind[std::size_t(kind)], memory.byKind[std::size_t(kind)] += allocated);
 
     if (impl->raw.mapped)
-        std::memset(impl->raw.mapped, 0, created);
+        clear(impl->raw.mapped, created);
     else
         device.impl().transfer([&](const auto& commands) { commands.fillBuffer(*impl->raw.buffer, 0, VK_WHOLE_SIZE, 0); });
     impl_ = std::move(impl);

@@ -113,6 +113,9 @@ class Buffer {
     std::unique_ptr<Impl> impl_;
 };
 
+// When kernels are wanted: by somebody who waits for them, or later, so that warmUp() has as many processors as it can use.
+enum class Wanted { Now, Later };
+
 // One compute pipeline. Bindings and push-constant size are read from the SPIR-V, nothing is typed twice. Kernels whose code is the same after
 // specialization share one.
 class Kernel {
@@ -132,7 +135,7 @@ class Kernel {
     Impl* impl() const { return impl_.get(); }
 
   private:
-    friend std::vector<Kernel> makeKernels(Device&, std::span<const struct KernelRequest>);
+    friend std::vector<Kernel> makeKernels(Device&, std::span<const struct KernelRequest>, Wanted);
     std::shared_ptr<Impl> impl_;
 };
 
@@ -141,7 +144,7 @@ struct KernelRequest {
     std::span<const std::uint32_t> constants;
 };
 // Several, side by side. From any thread, as the constructor of Kernel.
-std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests);
+std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests, Wanted wanted = Wanted::Now);
 
 // Which buffer stands behind each binding number (shaders/shared/bindings.h). A kernel picks those it declares.
 class Bindings {

@@ -5,10 +5,12 @@
 #include "vk/device.h"
 #include "vk/fault.h"
 #include "vk/instance.h"
+#include "vk/kernel_cache.h"
 #include "vk/spirv_reflection.h"
 #include "vk/vulkan.h"
 
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <mutex>
 
@@ -20,6 +22,26 @@ struct RawBuffer {
     vk::raii::Buffer buffer{nullptr};
     std::uint64_t allocated = 0;  // bytes of memory
     std::byte* mapped = nullptr;  // null: the host cannot reach it
+};
+
+// Who compiles, so that kernels for later do not take the processors of what somebody waits for. For any thread.
+class Processors {
+  public:
+    class Place {
+      public:
+        // `waits`: until a processor is free; otherwise it is taken whether or not.
+        Place(Processors& processors, bool waits);
+        ~Place();
+        Place(const Place&) = delete;
+
+      private:
+        Processors& processors_;
+    };
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable freed_;
+    unsigned taken_ = 0;
 };
 
 // The kernels of a device, so that those alike are made once. For any thread.
@@ -68,6 +90,8 @@ struct Device::Impl {
     std::atomic<double> compileSeconds = 0;
     std::map<std::string, double> compileTimes;
     KernelStore kernels;
+    const KernelCache kernelCache;
+    Processors processors;
 
     explicit Impl(const Options& options);
 

@@ -3,7 +3,6 @@
 
 #include "base/parallel.h"
 #include "vk/impl.h"
-#include "vk/specialize.h"
 #include "vk/spirv.h"
 
 #include <algorithm>
@@ -71,13 +70,13 @@ std::shared_ptr<Kernel::Impl> makeKernel(Device::Impl& owner, std::string_view n
     if (std::shared_ptr<Kernel::Impl> known = owner.kernels.find(key))
         return known;
     const EmbeddedKernel& embedded = findKernel(name);
-    const std::span<const std::uint32_t> spirv = embedded.variant(owner.variant);
+    const KernelModule& module = embedded.variant(owner.variant);
     auto made = std::make_shared<Kernel::Impl>();
     made->device = &owner;
     made->name = embedded.name;
-    made->interface = reflect(spirv, constants);
+    made->interface = reflect(module.words, constants);
     requireCapabilities(owner, made->name, made->interface);
-    made->spirv = specialize(spirv, constants);
+    made->spirv = owner.kernelCache.specialised(module, constants);
     if (std::shared_ptr<Kernel::Impl> known = owner.kernels.findSame(key, *made))
         return known;
     createPipeline(owner, *made);
@@ -136,14 +135,15 @@ Kernel::Kernel(Device& device, std::string_view name, std::span<const std::uint3
     device.impl().compileSeconds += watch.seconds();
 }
 
-std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests) {
+std::vector<Kernel> makeKernels(Device& device, std::span<const KernelRequest> requests, Wanted wanted) {
     const Stopwatch watch;
     std::vector<Kernel> kernels(requests.size());
     std::vector<std::size_t> order(requests.size()); // the largest first: none of them shall be the last to begin
     std::iota(order.begin(), order.end(), std::size_t(0));
-    std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return findKernel(requests[i].name).variant(device.variant()).size(); });
+    std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return findKernel(requests[i].name).variant(device.variant()).words.size(); });
     parallelFor(requests.size(), 1, [&](std::size_t i, std::size_t) {
         const KernelRequest& request = requests[order[i]];
+        const Processors::Place place(device.impl().processors, wanted == Wanted::Later);
         kernels[order[i]].impl_ = makeKernel(device.impl(), request.name, request.constants);
     });
     device.impl().compileSeconds += watch.seconds();

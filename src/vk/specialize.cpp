@@ -34,4 +34,6 @@ std::vector<std::uint32_t> specialize(std::span<const std::uint32_t> spirv, std:
     return result;
 }
 
+std::string specializerVersion() { return std::string(spvSoftwareVersionDetailsString()) + '\n' + CMPG_SPECIALIZER; }
+
 } // namespace cmpg

@@ -9,11 +9,16 @@
 
 namespace cmpg {
 
+struct KernelModule {
+    std::span<const std::uint32_t> words;
+    std::string_view digest; // SHA-256, of variant and words
+};
+
 struct EmbeddedKernel {
     std::string_view name;
-    std::span<const std::uint32_t> full, cpu, portable; // see cmake/Shaders.cmake
+    KernelModule full, cpu, portable; // see cmake/Shaders.cmake
 
-    std::span<const std::uint32_t> variant(KernelVariant v) const { return v == KernelVariant::Full ? full : v == KernelVariant::Cpu ? cpu : portable; }
+    const KernelModule& variant(KernelVariant v) const { return v == KernelVariant::Full ? full : v == KernelVariant::Cpu ? cpu : portable; }
 };
 
 // Throws std::logic_error when there is no kernel of that name.

@@ -216,21 +216,35 @@ std::array<std::uint32_t, 3> readLocalSize(const Module& module) {
     return module.localSize;
 }
 
-} // namespace
-
-KernelInterface reflect(std::span<const std::uint32_t> words, std::span<const std::uint32_t> constants) {
+// Calls use(instruction) for each.
+template <class Use> void forEachInstruction(std::span<const std::uint32_t> words, Use use) {
     if (words.size() < kHeaderWords || words[0] != kMagic)
         fail("no SPIR-V header");
-    KernelInterface result;
-    Module module;
-    module.constants = constants;
     for (std::size_t at = kHeaderWords; at < words.size();) {
         const std::uint32_t length = words[at] >> 16; // words, the first included
         if (length == 0 || length > words.size() - at)
             fail("an instruction reaches over the end");
-        readInstruction({words[at] & 0xffffu, words.subspan(at, length)}, module, result);
+        use(Instruction{words[at] & 0xffffu, words.subspan(at, length)});
         at += length;
     }
+}
+
+} // namespace
+
+bool isWhole(std::span<const std::uint32_t> words) {
+    try {
+        forEachInstruction(words, [](const Instruction&) {});
+        return true;
+    } catch (const std::invalid_argument&) {
+        return false;
+    }
+}
+
+KernelInterface reflect(std::span<const std::uint32_t> words, std::span<const std::uint32_t> constants) {
+    KernelInterface result;
+    Module module;
+    module.constants = constants;
+    forEachInstruction(words, [&](const Instruction& instruction) { readInstruction(instruction, module, result); });
     for (const Instruction& variable : module.variables)
         readVariable(variable, module, result);
     // Several declarations may stand for one binding, but not of different kinds.

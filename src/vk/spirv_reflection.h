@@ -27,4 +27,7 @@ struct KernelInterface {
 // Throws std::invalid_argument when the words are no SPIR-V or use a kind of resource that src/vk does not bind.
 KernelInterface reflect(std::span<const std::uint32_t> words, std::span<const std::uint32_t> constants = {});
 
+// Whether the words have a SPIR-V header, and instructions that end where they do.
+bool isWhole(std::span<const std::uint32_t> words);
+
 } // namespace cmpg

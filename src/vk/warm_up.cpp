@@ -13,6 +13,20 @@
 
 namespace cmpg {
 
+Processors::Place::Place(Processors& processors, bool waits) : processors_(processors) {
+    const unsigned all = std::max(1u, std::thread::hardware_concurrency());
+    std::unique_lock lock(processors_.mutex_);
+    if (waits)
+        processors_.freed_.wait(lock, [&] { return processors_.taken_ < all; });
+    ++processors_.taken_;
+}
+
+Processors::Place::~Place() {
+    const std::lock_guard lock(processors_.mutex_);
+    --processors_.taken_;
+    processors_.freed_.notify_all();
+}
+
 // Runs a kernel over no items: no workgroup is launched, the driver compiles all the same. Returns the seconds.
 double dispatchNothing(Device& device, const Kernel& kernel, const Bindings& bindings) {
     static constexpr std::array<std::byte, 128> kZeros{};
@@ -99,6 +113,7 @@ class FirstDispatches {
             const Kernel* kernel = take(false, &helped_);
             if (!kernel)
                 return;
+            const Processors::Place place(device_.impl().processors, false);
             Device device(device_.impl().options); // Mesa has written its cache when this is gone
             device.impl().fault.submissions = device_.impl().fault.helpers;
             const Dummies dummies(device);
@@ -142,6 +157,7 @@ class FirstDispatches {
 void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindings& bindings) {
     const Stopwatch watch;
     Device::Impl& impl = device.impl();
+    const Processors::Place place(impl.processors, false);
     const auto times = std::exchange(impl.kernelTimes, {});
     std::vector<const Kernel*> fresh;
     for (const Kernel* kernel : kernels)

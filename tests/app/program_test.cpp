@@ -117,7 +117,7 @@ TEST(Program, PrintsOneJsonObject) {
     EXPECT_EQ(nlohmann::json::parse(runProgram({"--list-devices", "--json"}).out).at("command"), "list-devices");
 }
 
-TEST(Program, SaysWhenStandardOutputIsFull) {
+TEST(Program, SaysWhenStandardOutputTakesNoMore) {
     const test::TemporaryFolder folder;
     // A device that refuses all writing stands in for a full disk.
     if (!std::filesystem::exists("/dev/full"))

@@ -11,7 +11,7 @@ namespace {
 
 using Resource = KernelInterface::Resource;
 
-std::span<const std::uint32_t> spirv(std::string_view name) { return findKernel(name).full; }
+std::span<const std::uint32_t> spirv(std::string_view name) { return findKernel(name).full.words; }
 
 TEST(Reflection, PushConstantsAndResources) {
     const KernelInterface interface = reflect(spirv("push_layout"));
@@ -47,7 +47,7 @@ TEST(Reflection, OneBindingDeclaredTwice) {
 }
 
 TEST(Reflection, VariantsDiffer) {
-    const KernelInterface full = reflect(spirv("sum_fixed")), portable = reflect(findKernel("sum_fixed").portable);
+    const KernelInterface full = reflect(spirv("sum_fixed")), portable = reflect(findKernel("sum_fixed").portable.words);
     EXPECT_TRUE(full.int64Atomics);
     EXPECT_FALSE(portable.int64Atomics || portable.int64);
 }
@@ -74,19 +74,19 @@ TEST(Reflection, EveryKernelOfTheLibrary) {
     std::uint32_t most = 0, mostPortable = 0; // storage buffers, what is asked of devices
     for (const EmbeddedKernel& kernel : embeddedKernels()) {
         SCOPED_TRACE(kernel.name);
-        const KernelInterface portable = reflect(kernel.portable);
+        const KernelInterface portable = reflect(kernel.portable.words);
         EXPECT_LE(portable.pushBytes, 128u);
         EXPECT_FALSE(portable.int64 || portable.int64Atomics || portable.float64);
         for (const auto& binding : portable.bindings)
             EXPECT_TRUE(binding.resource == Resource::Storage || binding.resource == Resource::Uniform) << "binding " << binding.number;
-        const KernelInterface full = reflect(kernel.full);
+        const KernelInterface full = reflect(kernel.full.words);
         EXPECT_LE(full.pushBytes, 128u);
         EXPECT_FALSE(full.float64);
         const auto texelBuffers = [](const KernelInterface& k, Resource kind, Resource other) {
             return std::count_if(k.bindings.begin(), k.bindings.end(), [&](const auto& b) { return b.resource == kind || b.resource == other; });
         };
         EXPECT_LE(texelBuffers(full, Resource::TexelFloat, Resource::TexelUint), 16); // sampled images a stage: what Vulkan guarantees
-        const KernelInterface cpu = reflect(kernel.cpu);
+        const KernelInterface cpu = reflect(kernel.cpu.words);
         EXPECT_LE(texelBuffers(cpu, Resource::StorageTexelFloat, Resource::StorageTexelUint), kStorageTexelBuffers);
         EXPECT_EQ(texelBuffers(cpu, Resource::TexelFloat, Resource::TexelUint), 0);
         EXPECT_LE(storageBuffers(cpu), kStorageBuffers);
