@@ -151,7 +151,7 @@ void main() {
     SurfaceMaterial secondValue = sampling;
     if (kDifference) secondValue = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
-    const bool differentiated = kDiffSurface && ((sampling.flags >> kDifferentiatedShift & kScatteringFlags) != 0 ||
+    const bool differentiated = kDiffSurface && ((sampling.surface.asked & kScatteringSlots) != 0 ||
                                                  (kDiffWeight && (sampling.flags & kMaterialWeightDifferentiated) != 0));
     const vec3 wo = -ray.direction;
     if (IS_DIELECTRIC(sampling.surface)) {

@@ -15,6 +15,7 @@
 #ifndef CMPG_LIB_BSDF
 #define CMPG_LIB_BSDF
 #include "lib/surface.glsl"
+#include "lib/lobes/anisotropy.glsl"
 #include "lib/lobes/metallic_roughness.glsl"
 #include "lib/lobes/clear_coat.glsl"
 #include "lib/lobes/reflection.glsl"
@@ -92,7 +93,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     float probability = specularProbability(s, cosO);
     float pdf = 0.0;
     if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
-    if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * ggxPdf(surfaceAlpha(s), cosO, halfVector(n, wo, wi));
+    if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * microfacetPdf(s, n, wo, cosO, halfVector(n, wo, wi));
     if (HAS_CLEAR_COAT(s)) pdf = mix(pdf, ggxPdf(clearCoatAlpha(s), cosO, halfVector(n, wo, wi)), clearCoatProbability(s, cosO));
     return pdf;
 }
@@ -119,7 +120,7 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
     if (!(hasDiffuse(s) || hasSpecular(s))) return false;
     vec3 x;
     vec3 y;
-    orthonormalFrame(n, x, y);
+    vec2 alpha = microfacetFrame(s, n, x, y);
     vec3 local;
     float probability = specularProbability(s, cosO);
     if ((kLobeSpecular || kOtherModels) && u.z < probability) {
@@ -128,7 +129,7 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
         if (IS_SMOOTH(s))
             single = probability;
         else
-            h = sampleGgxNormal(surfaceAlpha(s), o, vec2(u.x, u.y));
+            h = sampleGgxNormal(alpha, o, vec2(u.x, u.y));
         local = 2.0 * dot(o, h) * h - o;
     } else {
         local = sampleCosineHemisphere(vec2(u.x, u.y));

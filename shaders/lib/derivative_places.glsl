@@ -5,15 +5,16 @@
 #define CMPG_LIB_DERIVATIVE_PLACES
 #include "shared/material.h"
 
-// Bits that are set among the lowest eight, in operations that specialization constants know.
-#define CMPG_BITS_OF_2(m) ((m) - ((m) >> 1 & 0x55u))
-#define CMPG_BITS_OF_4(m) ((CMPG_BITS_OF_2(m) & 0x33u) + (CMPG_BITS_OF_2(m) >> 2 & 0x33u))
-#define CMPG_BITS_OF_8(m) ((CMPG_BITS_OF_4(m) + (CMPG_BITS_OF_4(m) >> 4)) & 0xfu)
+// Bits that are set among the lowest sixteen, in operations that specialization constants know.
+#define CMPG_BITS_OF_2(m) ((m) - ((m) >> 1 & 0x5555u))
+#define CMPG_BITS_OF_4(m) ((CMPG_BITS_OF_2(m) & 0x3333u) + (CMPG_BITS_OF_2(m) >> 2 & 0x3333u))
+#define CMPG_BITS_OF_8(m) ((CMPG_BITS_OF_4(m) + (CMPG_BITS_OF_4(m) >> 4)) & 0x0f0fu)
+#define CMPG_BITS_OF_16(m) ((CMPG_BITS_OF_8(m) + (CMPG_BITS_OF_8(m) >> 8)) & 0x1fu)
 
-const uint kKeptSurfaceSlots = kKeptSlots & ~(1u << kSlotNormal) & 0xffu;
-#define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) const uint kAt##Name = CMPG_BITS_OF_8(kKeptSurfaceSlots & ((1u << number) - 1u));
+const uint kKeptSurfaceSlots = kKeptSlots & ~(1u << kSlotNormal) & ((1u << kSlotWeight) - 1u);
+#define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) const uint kAt##Name = CMPG_BITS_OF_16(kKeptSurfaceSlots & ((1u << number) - 1u));
 #include "shared/slots.def"
-const uint kAtNormal = CMPG_BITS_OF_8(kKeptSurfaceSlots);
+const uint kAtNormal = CMPG_BITS_OF_16(kKeptSurfaceSlots);
 const uint kAtWeight = kAtNormal + 3u * (kKeptSlots >> kSlotNormal & 1u);
 const uint kDerivativeCount = kAtWeight + (kKeptSlots >> kSlotWeight & 1u);
 const uint kDerivativePlaces = kDerivativeCount > 0u ? kDerivativeCount : 1u; // no array is empty

@@ -1,4 +1,4 @@
-// Reflection by microfacets of isotropic rough surfaces, GGX or Beckmann, in forms that keep relative accuracy for roughness -> 0 and at
+// Reflection by microfacets of rough surfaces, here isotropic ones (lobes/anisotropy.glsl has the others), GGX or Beckmann, in forms that keep relative accuracy for roughness -> 0 and at
 // grazing angles.
 //
 // Walter et al. 2007; Smith masking separable, G = G1(wo) G1(wi). With c = |n.w| and r(c) = sqrt(a^2 + (1-a^2) c^2),
@@ -18,6 +18,7 @@ struct HalfVector {
     float cos2;   // of the angle between normal and half vector, squared
     float sin2;
     vec3 slope;   // cos * (h - (n.h) n): half the gradient of cos2 over the normals of unit length
+    vec3 across;  // n x h
 };
 
 HalfVector halfVector(vec3 n, vec3 wo, vec3 wi) {
@@ -30,6 +31,7 @@ HalfVector halfVector(vec3 n, vec3 wo, vec3 wi) {
     h.cos2 = c * c * scale;
     h.sin2 = s2 * scale;
     h.slope = cross(t, n) * (c * scale);
+    h.across = t * inversesqrt(c * c + s2);
     return h;
 }
 
@@ -67,7 +69,8 @@ float ggxPdf(float alpha, float cosO, HalfVector h) {
 // D G / (4 cosO cosI) * cosI without Fresnel, and its derivatives.
 struct MicrofacetReflection {
     float value;
-    float alpha;  // d value / d alpha
+    float alpha;  // d value / d alpha; where it is anisotropic: by the alpha of the roughness slot
+    float anisotropy; // by the anisotropy slot
     vec3 normal;  // gradient over unit normals, tangential: it has no part along n
 };
 
@@ -79,6 +82,7 @@ MicrofacetReflection ggxReflection(float alpha, vec3 n, vec3 wo, vec3 wi, float 
     float rI = smithRoot(alpha, cosI);
     float dv = a2 * kInvPi / (q * q) / ((cosO + rO) * (cosI + rI)); // D times visibility
     MicrofacetReflection g;
+    g.anisotropy = 0.0;
     g.value = dv * cosI;
     // ln D = 2 ln a - 2 ln q; d q / d a = 2 a cos2; d r / d a = a (1 - c^2) / r.
     g.alpha = g.value * (2.0 / alpha * (h.sin2 - a2 * h.cos2) / q
@@ -130,6 +134,7 @@ MicrofacetReflection beckmannReflection(float alpha, vec3 n, vec3 wo, vec3 wi, f
     float d = beckmannDistribution(alpha, h);
     g.value = 0.0;
     g.alpha = 0.0;
+    g.anisotropy = 0.0;
     g.normal = vec3(0.0);
     if (!(d > 0.0)) return g;
     BeckmannMasking o = beckmannMasking(alpha, cosO);
@@ -144,17 +149,18 @@ MicrofacetReflection beckmannReflection(float alpha, vec3 n, vec3 wo, vec3 wi, f
     return g;
 }
 
-// A half vector by the visible normals of wo, in the frame where n = (0, 0, 1) and wo.z > 0; u in [0,1)^2.
+// A half vector by the visible normals of wo, in the frame where n = (0, 0, 1) and wo.z > 0; alpha along its x and y; u in [0,1)^2.
 // Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"; the cap's sine is formed without cancellation.
-vec3 sampleGgxNormal(float alpha, vec3 wo, vec2 u) {
-    vec3 stretched = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
+vec3 sampleGgxNormal(vec2 alpha, vec3 wo, vec2 u) {
+    vec3 stretched = normalize(vec3(alpha.x * wo.x, alpha.y * wo.y, wo.z));
     float rise = 1.0 + stretched.z;
     float drop = u.y * rise; // 1 - height on the cap
     float height = (1.0 - u.y) * rise; // above its lower end, which lies 1 - stretched.z above the sphere's
     float radius = sqrt(drop * (height + (stretched.x * stretched.x + stretched.y * stretched.y) / rise));
     vec2 on = radius * unitCircle(u.x);
     vec3 h = vec3(on.x + stretched.x, on.y + stretched.y, height);
-    return normalize(vec3(alpha * h.x, alpha * h.y, h.z));
+    return normalize(vec3(alpha.x * h.x, alpha.y * h.y, h.z));
 }
+vec3 sampleGgxNormal(float alpha, vec3 wo, vec2 u) { return sampleGgxNormal(vec2(alpha), wo, u); }
 
 #endif

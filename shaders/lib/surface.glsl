@@ -16,6 +16,7 @@ struct Surface {
     uint asked;         // bit per slot (kSlotBaseColor ...) whose derivative is asked for here
     uint model;         // GpuMaterial::flags
     float lobe[kLobeSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
+    vec3 tangent ZEROED; // of anisotropic microfacets: the direction of alpha_t, before the normal is taken off it
 };
 
 // Derivatives of f |cos| per colour channel, by place: kAtBaseColor ... where the slot is differentiated (kDiffBaseColor ...).

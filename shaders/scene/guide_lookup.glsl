@@ -33,7 +33,7 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     if (guide.kind == kGuideConditional) weights = guideDefended(weights, total);
     g.parts = guideParts(weights, total);
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
-    g.guidable = hasDiffuse(surface) || surfaceAlpha(surface) > kGuidableAlpha;
+    g.guidable = hasDiffuse(surface) || smallestAlpha(surface) > kGuidableAlpha;
     if (kGuided && g.guidable && g.parts != vec3(0)) g.share = guide.share;
     return g;
 }

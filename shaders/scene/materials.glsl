@@ -1,4 +1,5 @@
 // What a surface is made of at a point, and what it emits. Expects slots.glsl, geometry.glsl and what they expect.
+#include "scene/asked_slots.glsl"
 #include "scene/blend.glsl"
 
 // What a surface is made of at a point.
@@ -9,6 +10,19 @@ struct SurfaceMaterial {
     uint flags;
     float share; // what scatters is this much: of a blend, the weight of what was chosen over its probability; else 1
 };
+
+// The direction in which anisotropic microfacets are rougher (or less rough, of a model that has two alphas), in the plane of the surface's own normal.
+vec3 anisotropyDirection(SurfacePoint p) {
+    const uint at = (p.material * kSlotsPerMaterial + kSlotAnisotropy) * kSlotTexels;
+    const mat3 frame = tangentFrame(p, (slotTexel(at).w & kSlotTangents1) != 0);
+    const uint place = slotTexel(at + 2).w;
+    if (place == kNone) return frame[0];
+    const SlotAddress a = slotAddressAt(place, p.uv0, p.uv1);
+    vec2 d = vec2(0);
+    for (uint k = 0; k < 4; ++k) d += a.texels.weight[k] * unpackSnorm2x16(packedTexel(a.offset + a.texels.index[k]));
+    const float length2 = dot(d, d);
+    return length2 > 1e-8 ? frame * vec3(d * inversesqrt(length2), 0.0) : frame[0];
+}
 
 // The unit tangent-space normal is t/|t|; world normal = frame * t/|t|.
 SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint frozenTexels) {
@@ -21,7 +35,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     m.surface.metallic = uintBitsToFloat(m1.x);
     m.surface.specular = uintBitsToFloat(m1.y);
     m.surface.ior = uintBitsToFloat(m1.z);
-    m.surface.asked = m.flags >> kDifferentiatedShift;
+    m.surface.asked = askedSlots(p.material, m.flags);
     m.surface.model = m.flags;
     m.surface.specularColor = vec3(1);
     if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
@@ -44,7 +58,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
                 m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels);
         }
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
-    if (kTextured##Name && (f & (1u << number)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, frozenTexels).x;
+    if (kTextured##Name && (f & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, frozenTexels).x;
 #include "shared/slots.def"
         if (kTexturedNormal && (f & (1u << kSlotNormal)) != 0) {
             const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
@@ -52,6 +66,10 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
             const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
             if (length2 > 1e-20) m.normal = normalize(tangentFrame(p, second) * (t * inversesqrt(length2)));
         }
+    }
+    if (IS_ANISOTROPIC(m.surface)) {
+        m.surface.lobe[kSlotAnisotropy - kCommonSlots] = textureValue(p.material, kSlotAnisotropy, p.uv0, p.uv1, frozenTexels).x;
+        m.surface.tangent = anisotropyDirection(p);
     }
     if (kColors) {
         m.colorFactor = p.color.xyz;

@@ -6,9 +6,9 @@ struct SlotAddress {
     TexelWeights texels;
 };
 
-// The texels slot `kind` of `material` is read from at the texture coordinates.
-SlotAddress slotAddress(uint material, uint kind, vec2 uv0, vec2 uv1) {
-    const uint at = (material * kSlotsPerMaterial + kind) * kSlotTexels;
+// The texels that the slot at `place` of the table is read from at the texture coordinates.
+SlotAddress slotAddressAt(uint place, vec2 uv0, vec2 uv1) {
+    const uint at = place * kSlotTexels;
     const uvec4 head = slotTexel(at);
     const uvec4 tail = slotTexel(at + 2);
     SlotAddress a;
@@ -24,6 +24,8 @@ SlotAddress slotAddress(uint material, uint kind, vec2 uv0, vec2 uv1) {
     }
     return a;
 }
+
+SlotAddress slotAddress(uint material, uint kind, vec2 uv0, vec2 uv1) { return slotAddressAt(material * kSlotsPerMaterial + kind, uv0, uv1); }
 
 float srgbToLinear(float e) { return e <= 0.04045 ? e / 12.92 : pow((e + 0.055) / 1.055, 2.4); }
 

@@ -1,5 +1,6 @@
 // What the backward scan does with a vertex's derivative record: forward mode contracts it with the direction, reverse mode adds it to
 // the gradient sums. Expects tapeWord(), directionAt(), addGradient() and push.
+#include "scene/asked_slots.glsl"
 
 float tapeGet(uint slot, uint plane) { return uintBitsToFloat(tapeWord(plane * push.count + slot)); }
 vec2 tapeGet2(uint slot, uint plane) { return vec2(tapeGet(slot, plane), tapeGet(slot, plane + 1)); }
@@ -92,7 +93,7 @@ vec3 placeDerivative(uint slot, uint place, vec3 incident, float visible, INOUT(
 // Sum over the slots of the surface: T_i without what comes from further along the path.
 vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, float visible, vec3 reach, INOUT(Terms) terms) {
     vec3 sum = vec3(0);
-    const uint flags = materialTexel(material * kMaterialTexels + 1).w, asked = flags >> kDifferentiatedShift;
+    const uint flags = materialTexel(material * kMaterialTexels + 1).w, asked = askedSlots(material, flags);
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
     if (kDiff##Name && (asked & (1u << number)) != 0) { \
         const SlotAddress a = slotAddress(material, number, uv0, uv1); \

@@ -43,7 +43,7 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
     else
         f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, d);
     if (kBlend) scaleDerivatives(d, vec3(m.share));
-    const uint asked = m.flags >> kDifferentiatedShift;
+    const uint asked = m.surface.asked;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
     if (kDiff##Name && (asked & (1u << number)) == 0) d.at[kAt##Name] = vec3(0);
 #include "shared/slots.def"

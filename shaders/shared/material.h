@@ -8,11 +8,10 @@ CMPG_SHARED_BEGIN
 #include "shared/slots.def"
 CMPG_CONST kMaterialSlots = kSlotRadiance;
 CMPG_CONST kCommonSlots = kSlotNormal + 1; // those that all materials have; LOBE_SLOTs follow
-CMPG_CONST kFlaggedSlots = kSlotWeight; // those that GpuMaterial::flags has two bits for, by number; kSlotWeight has its own
-CMPG_CONST kSlotsPerMaterial = kFlaggedSlots + 1; // places in the table of slots
-CMPG_CONST kLobeSlots = kFlaggedSlots - kCommonSlots;
+CMPG_CONST kFlaggedSlots = kSlotAnisotropy; // those that GpuMaterial::flags has two bits for, by number; the slots after them have bits of their own
+CMPG_CONST kSlotsPerMaterial = kMaterialSlots; // places in the table of slots
+CMPG_CONST kLobeSlots = kSlotWeight - kCommonSlots;
 CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering may depend on
-CMPG_CONST kScatteringFlags = kScatteringSlots & ((1u << kFlaggedSlots) - 1u);
 
 // How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
 CMPG_CONST kModelMetallicRoughness = 0;
@@ -49,8 +48,10 @@ CMPG_CONST kModelShift = 18; // three bits: kModel...
 CMPG_CONST kModelMask = 7u;
 CMPG_CONST kMaterialSmooth = 0x200000u;
 CMPG_CONST kMaterialBeckmann = 0x400000u;
-CMPG_CONST kMaterialNonlinear = 0x800000u;
-CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot
+CMPG_CONST kMaterialNonlinear = 0x800000u; // of plastics; of others:
+CMPG_CONST kMaterialAnisotropic = kMaterialNonlinear; // the anisotropy slot is read; its GpuSlot says whether it is differentiated
+CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot; of metallic-roughness, whose alpha always is:
+CMPG_CONST kMaterialAspect = kMaterialAlphaSquared; // anisotropy says how the two alphas relate, as in Disney's principled material
 CMPG_CONST kMaterialClassShift = 25; // two bits: kClass..., of the kernel that shades it
 CMPG_CONST kMaterialClassMask = 3u;
 CMPG_CONST kMaterialCoverage = 0x10000000u; // of an alpha mask: alpha is the share of rays that meet the surface; alphaCutoff multiplies the threshold
@@ -67,7 +68,7 @@ struct GpuSlot {
     vec4 uvMatrix; // u' = x u + z v + translation.x, v' = y u + w v + translation.y
     vec2 uvTranslation;
     uint gradient; // first entry among the gradient sums; kNone when not differentiated
-    uint other; // of a weight slot: the second material
+    uint other; // of a weight slot: the second material; of an anisotropy slot: the place of the directions in this table, kNone: along the tangent
     vec4 packedScale; // value = scale * decoded + bias, packed slots only
     vec4 packedBias;
 };
@@ -81,6 +82,7 @@ CMPG_CONST kSlotTexcoord1 = 32u;
 CMPG_CONST kSlotScalar = 64u; // one channel instead of three
 CMPG_CONST kSlotPacked = 128u; // 8 bits a channel, one texel per 32-bit word
 CMPG_CONST kSlotSrgb = 256u; // packed values are sRGB-encoded
+CMPG_CONST kSlotTangents1 = 512u; // of an anisotropy slot: where the file has no tangents, they are those of TEXCOORD_1
 
 CMPG_SHARED_END
 #endif

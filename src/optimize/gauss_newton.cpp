@@ -25,9 +25,9 @@ float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) 
 
 // How far an entry may go in a step.
 double reachOf(SlotKind kind, double rate) {
-    constexpr double kLinear = 0.04; // of roughness: images are far from linear in it, and farther steps end where they began or worse
+    constexpr double kLinear = 0.04; // of roughness and anisotropy: images are far from linear in it, and farther steps end where they began or worse
     const double reach = std::min(kNewtonReach * rate, 1e30);
-    return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness ? std::min(reach, kLinear) : reach;
+    return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::Anisotropy ? std::min(reach, kLinear) : reach;
 }
 
 // A gradient as one of the grids sees it, and what that grid's texels remember.

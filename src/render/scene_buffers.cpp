@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <glm/gtc/packing.hpp>
 #include <stdexcept>
 
 namespace cmpg {
@@ -17,8 +18,7 @@ namespace {
 
 using Words = std::vector<std::uint32_t>;
 
-// There is a place, and a bit of the flags, for each slot.
-static_assert(kMaterialSlots <= gpu::kSlotsPerMaterial);
+static_assert(kMaterialSlots == gpu::kSlotsPerMaterial);
 static_assert(std::uint32_t(SurfaceModel::MetallicRoughness) == gpu::kModelMetallicRoughness && std::uint32_t(SurfaceModel::Dielectric) == gpu::kModelDielectric &&
               std::uint32_t(SurfaceModel::ThinDielectric) == gpu::kModelThinDielectric && std::uint32_t(SurfaceModel::Conductor) == gpu::kModelConductor &&
               std::uint32_t(SurfaceModel::Plastic) == gpu::kModelPlastic);
@@ -59,6 +59,14 @@ void SceneBuffers::chooseMaterials() {
             continue;
         alphaSlot_[material.alphaTexture] = std::uint32_t(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size());
         alphaTexturesUp_.push_back(material.alphaTexture);
+    }
+    directionSlot_.assign(scene_.directionTextures.size(), gpu::kNone);
+    for (const std::uint32_t m : materialsUp_) {
+        const std::uint32_t direction = scene_.materials[m].anisotropyDirection;
+        if (direction == ~0u || !isLookedUp(m, std::uint32_t(SlotKind::Anisotropy)) || directionSlot_[direction] != gpu::kNone)
+            continue;
+        directionSlot_[direction] = std::uint32_t(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size() + directionTexturesUp_.size());
+        directionTexturesUp_.push_back(direction);
     }
 }
 
@@ -165,6 +173,10 @@ void SceneBuffers::layOutValues(Device& device) {
     alphaPlace_ = std::uint32_t(packed.size());
     for (const std::uint32_t a : alphaTexturesUp_)
         packed.insert(packed.end(), scene_.alphaTextures[a].alpha.begin(), scene_.alphaTextures[a].alpha.end());
+    directionPlace_ = std::uint32_t(packed.size());
+    for (const std::uint32_t d : directionTexturesUp_)
+        for (const glm::vec2 direction : scene_.directionTextures[d].directions)
+            packed.push_back(glm::packSnorm2x16(direction));
     if (!packed.empty()) {
         packed_ = Buffer(device, "packed textures", packed.size() * 4, MemoryKind::Scene, Texel::R32ui);
         packed_.uploadAll(packed);
@@ -187,10 +199,19 @@ void SceneBuffers::writeValues(std::uint32_t parameter, std::span<const float> v
     }
 }
 
+// The texture coordinates that the tangents of an anisotropic material follow where the file has none.
+std::uint32_t SceneBuffers::tangentCoordinates(const Material& material) const {
+    if (material.hasNormalMap)
+        return scene_.parameters[material.parameters[std::size_t(SlotKind::Normal)]].texcoord;
+    return material.anisotropyDirection != ~0u ? scene_.directionTextures[material.anisotropyDirection].texcoord : 0;
+}
+
 void SceneBuffers::uploadSlots(Device& device) {
     if (!features_.texcoords() && !features_.differentiated)
         return;
-    std::vector<gpu::GpuSlot> slots(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size());
+    std::vector<gpu::GpuSlot> slots(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size() + directionTexturesUp_.size());
+    for (gpu::GpuSlot& s : slots)
+        s.gradient = s.other = gpu::kNone;
     const auto sampling = [](const auto& t) {
         return std::uint32_t(t.wrapU) | std::uint32_t(t.wrapV) << gpu::kSlotWrapVShift | (t.nearest ? gpu::kSlotNearest : 0) |
                (t.texcoord == 1 ? gpu::kSlotTexcoord1 : 0);
@@ -213,6 +234,12 @@ void SceneBuffers::uploadSlots(Device& device) {
             place(s, p.uvTransform);
             if (const std::uint32_t other = scene_.materials[materialsUp_[m]].blendWith; SlotKind(k) == SlotKind::Weight && other != kNoMaterial)
                 s.other = materialPlace_[other];
+            if (SlotKind(k) == SlotKind::Anisotropy) {
+                const Material& material = scene_.materials[materialsUp_[m]];
+                const std::uint32_t direction = material.anisotropyDirection;
+                s.other = direction != ~0u ? directionSlot_[direction] : gpu::kNone;
+                s.flags |= tangentCoordinates(material) == 1 ? gpu::kSlotTangents1 : 0;
+            }
             const auto found = std::find(differentiable_.begin(), differentiable_.end(), index);
             s.gradient = found == differentiable_.end() ? gpu::kNone : std::uint32_t(gradientOffsets_[std::size_t(found - differentiable_.begin())]);
             s.packedScale = glm::vec4(p.scale, 0);
@@ -227,9 +254,19 @@ void SceneBuffers::uploadSlots(Device& device) {
         s.height = a.height;
         s.flags = sampling(a) | gpu::kSlotScalar | gpu::kSlotPacked;
         place(s, a.uvTransform);
-        s.gradient = gpu::kNone;
         s.packedScale = glm::vec4(1);
         at += std::uint32_t(a.alpha.size());
+    }
+    at = directionPlace_;
+    for (const std::uint32_t texture : directionTexturesUp_) {
+        const DirectionTexture& d = scene_.directionTextures[texture];
+        gpu::GpuSlot& s = slots[directionSlot_[texture]];
+        s.offset = at;
+        s.width = d.width;
+        s.height = d.height;
+        s.flags = sampling(d);
+        place(s, d.uvTransform);
+        at += std::uint32_t(d.directions.size());
     }
     slots_ = Buffer(device, "material slots", std::max<std::size_t>(1, slots.size()) * sizeof(gpu::GpuSlot), MemoryKind::Scene, Texel::Rgba32ui);
     slots_.uploadAll(slots);
@@ -310,9 +347,12 @@ void SceneBuffers::uploadMaterials(bool second) {
             uploadCoat(std::uint32_t(i), m.roughnessIsAlpha ? out.roughness : out.roughness * out.roughness);
         }
         out.flags |= std::uint32_t(m.model) << gpu::kModelShift | (m.oneSided ? gpu::kMaterialOneSided : 0);
-        if (m.model != SurfaceModel::MetallicRoughness)
+        if (m.model == SurfaceModel::MetallicRoughness)
+            out.flags |= m.anisotropyByAspect ? gpu::kMaterialAspect : 0;
+        else
             out.flags |= (isSmooth(m) ? gpu::kMaterialSmooth : 0) | (m.microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0) |
-                         (m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);
+                         (m.model == SurfaceModel::Plastic && m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);
+        out.flags |= hasAnisotropy(m) && isLookedUp(materialsUp_[i], gpu::kSlotAnisotropy) ? gpu::kMaterialAnisotropic : 0;
         const float cutoff = m.coverage ? 1.0f : m.alphaCutoff;
         out.alphaCutoff = cutoff > 0 ? cutoff / m.alphaFactor : 0.0f; // infinite for a factor of 0: nothing is left
         if (m.absorption != glm::vec3(0)) {

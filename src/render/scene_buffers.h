@@ -37,6 +37,7 @@ class SceneBuffers {
     void uploadMaterials(bool second);
     void uploadCoat(std::uint32_t material, float alpha);
     std::uint32_t coatTexel(std::uint32_t material) const;
+    std::uint32_t tangentCoordinates(const Material& material) const;
     void uploadSlots(Device& device);
     void uploadLights();
     void requireEntries(std::uint32_t parameter, std::size_t count) const;
@@ -48,12 +49,12 @@ class SceneBuffers {
     std::map<std::uint32_t, std::vector<float>> second_; // values that differ in the second set; of textures nothing but that they do
     bool hasSecond_ = false;
     Bvh bvh_;
-    std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_; // what is uploaded, by index into the scene's
-    std::vector<std::uint32_t> materialPlace_, alphaSlot_;     // of the scene's: index among the uploaded, number of the slot
+    std::vector<std::uint32_t> materialsUp_, alphaTexturesUp_, directionTexturesUp_; // what is uploaded, by index into the scene's
+    std::vector<std::uint32_t> materialPlace_, alphaSlot_, directionSlot_; // of the scene's: index among the uploaded, number of the slot
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
     std::vector<CoatTable> coats_;      // one for each index and distribution of rough plastics
     std::vector<std::uint32_t> coatOf_; // of an uploaded material: index into coats_, gpu::kNone
-    std::uint32_t alphaPlace_ = 0;      // first packed texel of the alpha textures
+    std::uint32_t alphaPlace_ = 0, directionPlace_ = 0; // first packed texel of the alpha textures, of those of directions
     std::vector<std::uint64_t> gradientOffsets_;
     std::uint64_t gradientEntries_ = 0;
     std::uint32_t valueTexels_ = 0;

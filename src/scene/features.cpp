@@ -28,6 +28,8 @@ constexpr std::uint32_t kEveryModel = ((1u << (std::uint32_t(SurfaceModel::Plast
                                       gpu::kModelsBeckmann | gpu::kModelsGgx | gpu::kModelsOneSided |
                                       gpu::kModelsAbsorbing;
 
+bool needsTangents(std::uint32_t slots) { return (slots >> gpu::kSlotNormal & 1u) || (slots >> gpu::kSlotAnisotropy & 1u); }
+
 struct Analysis {
     const Scene& scene;
     std::vector<bool> asked; // by parameter: differentiable
@@ -70,7 +72,13 @@ struct Analysis {
         for (std::uint32_t k = 0; k < kMaterialSlots; ++k) {
             if (m.parameters[k] == kNoParameter)
                 continue;
-            if (k >= kCommonSlots)
+            if (SlotKind(k) == SlotKind::Anisotropy) {
+                if (readsAnisotropy(m, read)) {
+                    read |= 1u << k;
+                    if (m.anisotropyDirection != ~0u)
+                        f.texcoord1 |= scene.directionTextures[m.anisotropyDirection].texcoord == 1;
+                }
+            } else if (k >= kCommonSlots)
                 reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness || SlotKind(k) == SlotKind::Weight);
             const Parameter& p = scene.parameters[m.parameters[k]];
             if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal || k >= kCommonSlots)) {
@@ -83,6 +91,13 @@ struct Analysis {
             f.packedTextures = true;
             f.texcoord1 |= scene.alphaTextures[m.alphaTexture].texcoord == 1;
         }
+    }
+
+    // glTF's strength has no effect while it is 0.
+    bool readsAnisotropy(const Material& m, std::uint32_t read) const {
+        const std::uint32_t strength = m.parameters[std::size_t(SlotKind::Anisotropy)];
+        const bool alpha = m.model != SurfaceModel::MetallicRoughness && m.roughnessIsAlpha;
+        return hasAnisotropy(m) && (asked[strength] || ((read >> std::uint32_t(SlotKind::Roughness) & 1u) && (alpha || matters(strength))));
     }
 
     void addModel(const Material& m) {
@@ -156,7 +171,7 @@ struct Analysis {
         f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
         f.texcoord1 = f.texcoord1 && !g.uv1.empty();
         f.colors = !g.colors.empty();
-        f.tangents = (f.texturedSlots >> std::uint32_t(SlotKind::Normal) & 1u) && !g.tangents.empty();
+        f.tangents = needsTangents(f.texturedSlots) && !g.tangents.empty();
     }
 
     void turnEverythingOn(bool lightSampling) {
@@ -274,7 +289,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureModels] = s.models;
     c[gpu::kFeatureTextures] = s.texturedSlots | (lightSampling() ? texturedSlots & 1u << gpu::kSlotEmission : 0); // that of lights is sampled from anywhere
     c[gpu::kFeatureVertexNormals] = s.vertexNormals;
-    c[gpu::kFeatureTangents] = tangents && (s.texturedSlots >> gpu::kSlotNormal & 1u);
+    c[gpu::kFeatureTangents] = tangents && needsTangents(s.texturedSlots);
     c[gpu::kFeatureEmission] = s.emission;
     c[gpu::kFeatureClassDifferentiated] = s.differentiated;
     return c;

@@ -68,7 +68,8 @@ struct Parameter {
 //   Plastic            the diffuse interior     RGB: what is reflected alpha, unless smooth
 //
 // The colours multiply what Fresnel's equations say, as Mitsuba's specular_transmittance, specular_reflectance and diffuse_reflectance do; 1 is
-// physical. The specular slot's parameter has three channels where it is RGB. Slots that are not read still have a parameter, as all slots do.
+// physical. Where a rough material has an anisotropy slot, that is KHR_materials_anisotropy's strength if roughness is glTF's, else Mitsuba's alpha_u, and
+// the roughness slot is alpha_v. The specular slot's parameter has three channels where it is RGB. Slots that are not read still have a parameter, as all slots do.
 enum class SurfaceModel : std::uint32_t {
     MetallicRoughness, // glTF 2.0, appendix B
     Dielectric,        // a boundary between two media, reflection and refraction; radiance is scaled by the squared index of refraction
@@ -98,11 +99,16 @@ struct Material {
 
     // Not for MetallicRoughness, which is GGX with alpha = roughness^2.
     bool smooth = false;          // an ideal boundary: light goes in single directions, the roughness slot is not read; a ThinDielectric always is
-    Microfacets microfacets = Microfacets::Ggx; // unless smooth; isotropic, Smith masking
+    Microfacets microfacets = Microfacets::Ggx; // unless smooth; Smith masking
     bool roughnessIsAlpha = true; // the roughness slot holds Mitsuba's alpha, [0.001, 1]; false: glTF's roughness, alpha = roughness^2
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
     glm::vec3 absorption{0};      // Dielectric, without alphaMask: of its interior, per unit of length (Beer and Lambert's law)
     bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
+
+    // Where there is an anisotropy slot: its direction in tangent space by place; ~0u: along the tangent. Into Scene::directionTextures.
+    std::uint32_t anisotropyDirection = ~0u;
+
+    bool anisotropyByAspect = false; // MetallicRoughness: alphas are alpha / a and alpha a, a = sqrt(1 - 0.9 anisotropy), not those of KHR_materials_anisotropy
 
     // A blend: light meets the material `blendWith` in place of this one with the probability of the weight slot, which both have then; the mean over
     // both is the weighted sum of what they scatter. What the surface emits and its alpha are the same for both, and the other is no blend.
@@ -123,6 +129,11 @@ inline bool isSmooth(const Material& m) {
     return m.smooth || m.model == SurfaceModel::ThinDielectric || (m.model == SurfaceModel::Dielectric && m.ior > 0.999f && m.ior < 1.001f);
 }
 
+// Of the slot: its microfacets are read, and they are not those of a plastic's coat.
+inline bool hasAnisotropy(const Material& m) {
+    return m.parameters[std::size_t(SlotKind::Anisotropy)] != kNoParameter && !isSmooth(m) && m.model != SurfaceModel::Plastic;
+}
+
 // Derivatives by the normal: not of refraction, nor of single directions.
 inline bool hasNormalDerivative(const Material& m) { return !isSmooth(m) && m.model != SurfaceModel::Dielectric; }
 
@@ -135,6 +146,15 @@ struct AlphaTexture {
     std::vector<std::uint8_t> alpha;
 };
 
+// The direction in tangent space in which a material's microfacets are rougher. Their lengths say how they mix between texels, and nothing else.
+struct DirectionTexture {
+    std::uint32_t width = 1, height = 1, texcoord = 0;
+    Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
+    bool nearest = false;
+    glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0};
+    std::vector<glm::vec2> directions; // in [-1, 1]
+};
+
 struct Triangle {
     std::array<std::uint32_t, 3> vertices;
     std::uint32_t material;
@@ -145,7 +165,7 @@ struct Geometry {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals; // zero vector: the triangle's geometric normal is used
     std::vector<glm::vec2> uv0, uv1;
-    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: derived from uvs; filled only where a normal map needs them
+    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: derived from uvs; filled only where a normal map or an anisotropy needs them
     std::vector<glm::vec4> colors;   // linear, multiplies baseColor (alpha multiplies alpha)
     std::vector<Triangle> triangles;
 };
@@ -190,6 +210,7 @@ struct Scene {
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<AlphaTexture> alphaTextures;
+    std::vector<DirectionTexture> directionTextures;
     std::vector<Parameter> parameters; // of all materials, then the environment's
     std::vector<PunctualLight> lights;
     std::optional<Environment> environment;

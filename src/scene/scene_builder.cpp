@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace cmpg {
 namespace {
@@ -138,6 +139,27 @@ void SceneBuilder::addAlphaTexture(Material& material, const RawImage& image, co
     }
     material.alphaTexture = std::uint32_t(scene.alphaTextures.size());
     scene.alphaTextures.push_back(std::move(alpha));
+}
+
+void SceneBuilder::addDirectionTexture(Material& material, const RawImage& image, const TextureAddress& address, double rotation) {
+    DirectionTexture texture;
+    address.apply(texture);
+    texture.width = image.width;
+    texture.height = image.height;
+    addTextureBytes(image.pixels() * sizeof(glm::vec2), material.name);
+    texture.directions.resize(image.pixels());
+    const glm::dvec2 x(std::cos(rotation), std::sin(rotation)), y(-x.y, x.x);
+    for (std::size_t i = 0; i < image.pixels(); ++i) {
+        glm::dvec2 d;
+        for (std::uint32_t c = 0; c < 2; ++c) {
+            const std::size_t from = i * image.channels + image.channel(c);
+            const double code = image.bytes.empty() ? double(image.values[from]) : image.bytes[from] / 255.0;
+            d[int(c)] = std::clamp(2 * code - 1, -1.0, 1.0);
+        }
+        texture.directions[i] = glm::vec2((d.x * x + d.y * y) / std::numbers::sqrt2); // no coordinate is above 1, however it is turned
+    }
+    material.anisotropyDirection = std::uint32_t(scene.directionTextures.size());
+    scene.directionTextures.push_back(std::move(texture));
 }
 
 bool SceneBuilder::setEnvironment(const RawImage& image, float intensity, float rotation) {

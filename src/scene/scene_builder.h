@@ -24,7 +24,7 @@ struct TextureAddress {
     std::uint32_t texcoord = 0;
     glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0};
 
-    // Parameter or AlphaTexture.
+    // Parameter, AlphaTexture or DirectionTexture.
     template <class Target> void apply(Target& target) const {
         target.wrapU = wrapU;
         target.wrapV = wrapV;
@@ -68,6 +68,9 @@ class SceneBuilder {
     void clampToRange(Parameter& parameter);
     // Nothing where the image has no alpha.
     void addAlphaTexture(Material& material, const RawImage& image, const TextureAddress& address);
+
+    // Red and green, from [0, 1] to [-1, 1], turned counter-clockwise by so many radians: the material's direction of anisotropy.
+    void addDirectionTexture(Material& material, const RawImage& image, const TextureAddress& address, double rotation);
 
     // Latitude-longitude; adds its parameter. False: a value times the intensity is too large a number.
     bool setEnvironment(const RawImage& image, float intensity, float rotation);

@@ -126,7 +126,7 @@ SceneSeed texturedScene() {
     return s;
 }
 
-// Clear coats, glass with an absorbing volume, a pane, partial coverage.
+// Clear coats, anisotropy, glass with an absorbing volume, a pane, partial coverage.
 SceneSeed layeredScene() {
     SceneSeed s;
     const std::size_t rgba = s.texture(pngOf(4, 2, 4)), rgb = s.texture(pngOf(2, 2, 3));
@@ -139,7 +139,8 @@ SceneSeed layeredScene() {
             {{"clearcoatFactor", 0.7},
              {"clearcoatTexture", {{"index", rgb}}},
              {"clearcoatRoughnessFactor", 0.4},
-             {"clearcoatRoughnessTexture", {{"index", rgb}}}}}}}},
+             {"clearcoatRoughnessTexture", {{"index", rgb}}}}},
+           {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.6}, {"anisotropyRotation", 0.3}, {"anisotropyTexture", {{"index", rgb}}}}}}}},
         {{"name", "ink"},
          {"pbrMetallicRoughness", smooth},
          {"extensions",
@@ -153,7 +154,7 @@ SceneSeed layeredScene() {
          {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.8}}, {"baseColorTexture", {{"index", rgba}}}}}}};
     for (int material = 0; material < 4; ++material)
         s.quad(float(-material), material);
-    s.json["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"};
+    s.json["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_materials_anisotropy", "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"};
     s.camera();
     return s;
 }

@@ -16,6 +16,8 @@ struct Query {
     std::uint32_t model = 0; // GpuMaterial::flags
     glm::vec3 normal{0, 0, 1}, wo{0, 0, 1}, wi{0, 0, 1};
     float clearcoat = 0, clearcoatRoughness = 0; // where the model has their bits
+    float anisotropy = 0; // where the model has its bit
+    glm::vec3 tangent{1, 0, 0};
 };
 
 struct Evaluation {
@@ -23,7 +25,7 @@ struct Evaluation {
     double pdf;
     glm::dvec3 baseColor, roughness, metallic, specular; // derivatives
     glm::dmat3 normal;                                   // column: colour channel; row: component of the normal
-    glm::dvec3 clearcoat{0}, clearcoatRoughness{0};
+    glm::dvec3 clearcoat{0}, clearcoatRoughness{0}, anisotropy{0};
 };
 
 Evaluation evaluateFloat(const Query& query);

@@ -16,5 +16,7 @@ bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) 
 
 bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi, float& single) {
     shader_float::ShaderLibrary library;
-    return library.sampleBsdf({q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model, {q.clearcoat, q.clearcoatRoughness}}, q.normal, q.wo, u, wi, single);
+    const shader_float::ShaderLibrary::Surface surface{q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model,
+                                                       {q.clearcoat, q.clearcoatRoughness, q.anisotropy}, q.tangent};
+    return library.sampleBsdf(surface, q.normal, q.wo, u, wi, single);
 }

@@ -9,7 +9,7 @@ namespace cmpg::test {
 namespace {
 
 using Library = shader_double::ShaderLibrary;
-using shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtSpecular, shader_double::kAtNormal;
+using shader_double::kAtAnisotropy, shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtSpecular, shader_double::kAtNormal;
 
 TEST(Lobes, ValuesAreMitsubas) {
     const nlohmann::json all = lobes();
@@ -78,6 +78,8 @@ TEST(Lobes, DerivativesAreThoseOfTheValue) {
             // Within the pieces of the coat's table.
             expectNear(d.at[kAtRoughness], m.alpha > 0 ? difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-5 * m.alpha) : glm::dvec3(0),
                        value / std::max(m.alpha, 0.1) * 10.0 + 1.0, what + "roughness");
+            expectNear(d.at[kAtAnisotropy], json.contains("alpha_u") ? difference(moved([](auto& t, double h) { t.lobe[kAlphaU] += h; }), 1e-5 * m.alpha) : glm::dvec3(0),
+                       value / std::max(m.alpha, 0.1) * 10.0 + 1.0, what + "anisotropy");
             for (const glm::dvec3 direction : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)}) {
                 const glm::dvec3 found = glm::dmat3(d.at[kAtNormal], d.at[kAtNormal + 1], d.at[kAtNormal + 2]) * direction;
                 const glm::dvec3 expected = difference([&](double h) { return m.library.bsdfCos(s, glm::normalize(n + h * direction), wo, wi); }, 1e-6);
@@ -144,7 +146,7 @@ TEST(Lobes, DrawnDirectionsFollowTheirDensity) {
             EXPECT_GE(chiSquareSignificance(observed, expected), 0.01 / double(3 * materials.size())) << json << " cosine " << cosine;
             ++cases;
         }
-    EXPECT_EQ(cases, 27);
+    EXPECT_EQ(cases, 33);
 }
 
 // White materials reflect at most what arrives; a nonlinear white plastic gives back all that its coat does not lose.

@@ -23,6 +23,7 @@ inline glm::dvec3 at(double cosine, double phi = 0.3) {
 }
 
 using shader_double::ShaderLibrary;
+constexpr std::size_t kAlphaU = gpu::kSlotAnisotropy - gpu::kCommonSlots; // in Surface::lobe
 
 // What make_lobes.py says of a material.
 struct MitsubaMaterial {
@@ -35,9 +36,10 @@ struct MitsubaMaterial {
             return m.contains(key) ? glm::dvec3(m[key][0].get<double>(), m[key][1].get<double>(), m[key][2].get<double>()) : glm::dvec3(1);
         };
         const std::string kind = m["model"];
-        alpha = m.value("alpha", 0.0);
+        const double alphaV = m.value("alpha_v", m.value("alpha", 0.0)), alphaU = m.value("alpha_u", alphaV);
+        alpha = std::min(alphaU, alphaV);
         const Microfacets microfacets = m.value("distribution", "ggx") == "beckmann" ? Microfacets::Beckmann : Microfacets::Ggx;
-        surface = {rgb("colour"), alpha, 0, 0, rgb("specular"), m.value("ior", 1.5), 0, 0};
+        surface = {rgb("colour"), alphaV, 0, 0, rgb("specular"), m.value("ior", 1.5), 0, 0};
         std::uint32_t flags = (alpha > 0 ? 0 : gpu::kMaterialSmooth) | (microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0);
         if (m.value("nonlinear", false)) flags |= gpu::kMaterialNonlinear;
         if (kind == "conductor") {
@@ -55,6 +57,11 @@ struct MitsubaMaterial {
                 surface.metallic = CoatTable::reflectedDiffuse(1 / surface.ior);
         } else {
             flags |= model(kind == "dielectric" ? gpu::kModelDielectric : gpu::kModelThinDielectric);
+        }
+        if (m.contains("alpha_u")) {
+            flags |= gpu::kMaterialAnisotropic;
+            surface.lobe[kAlphaU] = alphaU;
+            surface.tangent = {1, 0, 0};
         }
         surface.model = flags;
     }
@@ -103,6 +110,8 @@ inline Query query(const MitsubaMaterial& m, const glm::vec3& wo) {
     q.ior = float(m.surface.ior);
     q.model = m.surface.model;
     q.wo = wo;
+    q.anisotropy = float(m.surface.lobe[kAlphaU]);
+    q.tangent = m.surface.tangent;
     return q;
 }
 

@@ -8,7 +8,7 @@ namespace cmpg::test {
 namespace {
 
 using Library = shader_double::ShaderLibrary;
-using shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtSpecular;
+using shader_double::kAtAnisotropy, shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::kAtSpecular;
 
 // Both sides, from both sides. Bands of height, each of as many sectors; refraction ends at an edge, so they are integrated by many points.
 TEST(RoughDielectric, DrawnDirectionsFollowTheirDensity) {
@@ -47,7 +47,7 @@ TEST(RoughDielectric, DrawnDirectionsFollowTheirDensity) {
             EXPECT_GE(chiSquareSignificance(observed, expected), 0.01 / double(5 * materials.size())) << json << " cosine " << cosine << " integral " << integral;
             ++cases;
         }
-    EXPECT_EQ(cases, 15);
+    EXPECT_EQ(cases, 25);
 }
 
 TEST(RoughDielectric, DerivativesAreThoseOfTheValue) {
@@ -75,6 +75,8 @@ TEST(RoughDielectric, DerivativesAreThoseOfTheValue) {
             expectNear(d.at[kAtBaseColor], difference(moved([](auto& t, double h) { t.baseColor += h; }), 1e-3), value + 1.0, "baseColor");
             expectNear(d.at[kAtSpecular], difference(moved([](auto& t, double h) { t.specularColor += h; }), 1e-3), value + 1.0, "specular");
             expectNear(d.at[kAtRoughness], difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-4 * m.alpha), value / m.alpha + 1.0, "roughness");
+            if (json.contains("alpha_u"))
+                expectNear(d.at[kAtAnisotropy], difference(moved([](auto& t, double h) { t.lobe[kAlphaU] += h; }), 1e-4 * m.alpha), value / m.alpha + 1.0, "anisotropy");
         }
         EXPECT_GT(bright, 300);
     }

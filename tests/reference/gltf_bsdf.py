@@ -1,4 +1,6 @@
 """glTF 2.0 appendix B with KHR_materials_specular as a Mitsuba BSDF: Mitsuba has no plugin with this mix."""
+import math
+
 import drjit as dr
 import mitsuba as mi
 
@@ -8,15 +10,23 @@ def smith(c, a2):
     return 1 / (c + dr.sqrt(a2 + (1 - a2) * c * c))
 
 
+def anisotropic_layer(at, ab, wi, wo, h):
+    """D G / (4 nl nv) of GGX with alpha at along x and ab along y."""
+    d = 1 / (dr.pi * at * ab * dr.square(dr.square(h.x / at) + dr.square(h.y / ab) + dr.square(h.z)))
+    masking = lambda w: 2 / (1 + dr.sqrt(1 + (dr.square(at * w.x) + dr.square(ab * w.y)) / dr.square(w.z)))
+    return d * masking(wi) * masking(wo) / (4 * wi.z * wo.z)
+
+
 class GltfBsdf(mi.BSDF):
     """Two-sided reflection; `normal` is a texture of decoded tangent-space vectors, absent where there is no normal map."""
 
-    slots = ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness")
+    slots = ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness", "anisotropy")
 
     def __init__(self, props):
         super().__init__(props)
         self.textures = {s: props[s] for s in self.slots if s in props}
         ior = props.get("ior", 1.5)
+        self.rotation = props.get("rotation", 0.0)  # of the anisotropy, from the tangent towards the bitangent
         self.f0 = ((1 - ior) / (1 + ior)) ** 2
         flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
         self.m_components = [flags]
@@ -28,14 +38,20 @@ class GltfBsdf(mi.BSDF):
 
     def frame(self, si, active):
         """The shading frame, perturbed by the normal map, in coordinates of si.sh_frame."""
-        if "normal" not in self.textures:
-            return mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
-        n = dr.normalize(mi.Vector3f(self.textures["normal"].eval_3(si, active)))
         t = si.to_local(si.dp_du)
         t = dr.normalize(mi.Vector3f(t.x, t.y, 0))
         b = mi.Vector3f(-t.y, t.x, 0)  # n x t; texture coordinates here are never mirrored
-        z = dr.normalize(t * n.x + b * n.y + mi.Vector3f(0, 0, 1) * n.z)
-        return mi.Frame3f(z)
+        z = mi.Vector3f(0, 0, 1)
+        if "normal" in self.textures:
+            n = dr.normalize(mi.Vector3f(self.textures["normal"].eval_3(si, active)))
+            z = dr.normalize(t * n.x + b * n.y + z * n.z)
+        elif "anisotropy" not in self.textures:
+            return mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
+        if "anisotropy" not in self.textures:
+            return mi.Frame3f(z)
+        along = t * math.cos(self.rotation) + b * math.sin(self.rotation)
+        x = dr.normalize(along - z * dr.dot(along, z))
+        return mi.Frame3f(x, dr.cross(z, x), z)
 
     def local(self, si, wo, active):
         """wi, wo in the perturbed frame, mirrored so that wi is above; the frame and the sign to undo it."""
@@ -48,6 +64,13 @@ class GltfBsdf(mi.BSDF):
         r = self.textures["roughness"].eval_1(si, active)
         return dr.maximum(r * r, 1e-3)
 
+    def alphas(self, si, active):
+        """Along x and y of the frame: KHR_materials_anisotropy."""
+        across = self.alpha(si, active)
+        if "anisotropy" not in self.textures:
+            return across, across
+        return across + (1 - across) * dr.square(self.textures["anisotropy"].eval_1(si, active)), across
+
     coat_share = 0.25
 
     def coat_alpha(self, si, active):
@@ -58,9 +81,9 @@ class GltfBsdf(mi.BSDF):
         metallic = dr.detach(self.textures["metallic"].eval_1(si, active))
         return metallic * 0.95 + (1 - metallic) * 0.5
 
-    def density(self, wi, wo, alpha, share):
+    def density(self, wi, wo, alphas, share):
         h = dr.normalize(wi + wo)
-        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
+        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, *alphas, True)
         return share * ggx.pdf(wi, h) / (4 * dr.dot(wo, h)) + (1 - share) * wo.z / dr.pi
 
     def eval(self, ctx, si, wo, active):
@@ -73,6 +96,8 @@ class GltfBsdf(mi.BSDF):
         h = dr.normalize(wi + wo)
         d = a2 / (dr.pi * dr.square(dr.square(h.z) * (a2 - 1) + 1))
         layer = d * smith(wi.z, a2) * smith(wo.z, a2)
+        if "anisotropy" in self.textures:
+            layer = anisotropic_layer(*self.alphas(si, active), wi, wo, h)
         grazing = (1 - dr.abs(dr.dot(wi, h))) ** 5
         fr = self.f0 + (1 - self.f0) * grazing
         dielectric = (1 - specular * fr) * base / dr.pi + specular * fr * layer
@@ -88,7 +113,7 @@ class GltfBsdf(mi.BSDF):
     def pdf(self, ctx, si, wo, active):
         wi, wo, _, _ = self.local(si, wo, active)
         active = active & (wi.z > 0) & (wo.z > 0)
-        density = self.density(wi, wo, self.alpha(si, active), self.specular_share(si, active))
+        density = self.density(wi, wo, self.alphas(si, active), self.specular_share(si, active))
         if "clearcoat" in self.textures:
             ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, dr.detach(self.coat_alpha(si, active)), True)
             h = dr.normalize(wi + wo)
@@ -101,13 +126,13 @@ class GltfBsdf(mi.BSDF):
     def sample(self, ctx, si, sample1, sample2, active):
         wi, _, frame, sign = self.local(si, si.wi, active)
         active = active & (wi.z > 0)
-        share, alpha = self.specular_share(si, active), dr.detach(self.alpha(si, active))
+        share, alphas = self.specular_share(si, active), [dr.detach(a) for a in self.alphas(si, active)]
         if "clearcoat" in self.textures:  # the first numbers go to the coat
             coat = sample1 < self.coat_share
             sample1 = dr.select(coat, 0, (sample1 - self.coat_share) / (1 - self.coat_share))
             share = dr.select(coat, 1, share)
-            alpha = dr.select(coat, dr.detach(self.coat_alpha(si, active)), alpha)
-        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
+            alphas = [dr.select(coat, dr.detach(self.coat_alpha(si, active)), a) for a in alphas]
+        ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, *alphas, True)
         m, _ = ggx.sample(wi, sample2)
         wo = dr.select(sample1 < share, mi.reflect(wi, m), mi.warp.square_to_cosine_hemisphere(sample2))
         active = active & (wo.z > 0)

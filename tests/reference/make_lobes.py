@@ -47,6 +47,13 @@ MATERIALS = [
     {"model": "dielectric", "colour": [1, 1, 1], "specular": [1, 1, 1], "ior": 1.33, **rough("beckmann", 0.35)},
     {"model": "dielectric", "colour": [1, 1, 1], "specular": [1, 1, 1], "ior": 0.7, **rough("ggx", 0.4)},
 ]
+# With two alphas, along x and y.
+ANISOTROPIC = [
+    conductor(GOLD, [1, 0.9, 0.8], distribution="ggx", alpha_u=0.3, alpha_v=0.05),
+    conductor(STEEL, [0.5, 0.7, 1], distribution="beckmann", alpha_u=0.1, alpha_v=0.5),
+    {"model": "dielectric", "colour": [1, 0.9, 0.8], "specular": [0.7, 0.9, 1], "ior": 1.5, "distribution": "ggx", "alpha_u": 0.15, "alpha_v": 0.45},
+    {"model": "dielectric", "colour": [1, 1, 1], "specular": [1, 1, 1], "ior": 1.33, "distribution": "beckmann", "alpha_u": 0.4, "alpha_v": 0.15},
+]
 SINGLE = [
     {"model": "dielectric", "colour": [1, 0.9, 0.8], "specular": [0.7, 0.9, 1], "ior": 1.5},
     {"model": "dielectric", "colour": [1, 1, 1], "specular": [1, 1, 1], "ior": 0.8},
@@ -57,10 +64,10 @@ SINGLE = [
 
 def load(m):
     plugin = m["model"]
-    if "alpha" in m:
+    if "distribution" in m:
         plugin = "rough" + plugin
     d = {"type": plugin}
-    for key in ("alpha", "distribution"):
+    for key in ("alpha", "alpha_u", "alpha_v", "distribution"):
         if key in m:
             d[key] = m[key]
     if m["model"] == "conductor":
@@ -89,11 +96,10 @@ def directions(rng, n, both):
     return np.stack([r * np.cos(phi), r * np.sin(phi), z])
 
 
-def main():
-    rng = np.random.default_rng(11)
-    out = {"mitsuba": mi.__version__, "pairs": [], "single": []}
-    context, n = mi.BSDFContext(), 60
-    for m in MATERIALS:
+def pairs(materials, rng, n):
+    """Pairs of directions and what the materials say for them."""
+    found, context = [], mi.BSDFContext()
+    for m in materials:
         bsdf, both = load(m), m["model"] == "dielectric"
         wo = directions(rng, n, both)
         # Half around what is sampled, half anywhere.
@@ -105,7 +111,14 @@ def main():
         wi[:, use] = drawn[:, use]
         value, pdf = bsdf.eval_pdf(context, si, mi.Vector3f(*wi.astype(np.float32)))
         value = np.array(value).reshape(3, n)
-        out["pairs"].append({"material": m, "wo": wo.T.round(7).tolist(), "wi": wi.T.round(7).tolist(), "value": value.T.tolist()})
+        found.append({"material": m, "wo": wo.T.round(7).tolist(), "wi": wi.T.round(7).tolist(), "value": value.T.tolist()})
+    return found
+
+
+def main():
+    rng = np.random.default_rng(11)
+    context, n = mi.BSDFContext(), 60
+    out = {"mitsuba": mi.__version__, "pairs": pairs(MATERIALS, rng, n), "single": []}
     for m in SINGLE:
         bsdf, both = load(m), m["model"] != "conductor"
         wo = directions(rng, n, both)
@@ -113,6 +126,7 @@ def main():
         bs, weight = bsdf.sample(context, si, mi.Float(rng.uniform(0, 1, n).astype(np.float32)), mi.Point2f(*rng.uniform(0, 1, (2, n)).astype(np.float32)))
         carried = np.array(weight).reshape(3, n) * np.array(bs.pdf)
         out["single"].append({"material": m, "wo": wo.T.round(7).tolist(), "wi": np.array(bs.wo).reshape(3, n).T.tolist(), "carried": carried.T.tolist()})
+    out["pairs"] += pairs(ANISOTROPIC, np.random.default_rng(12), n)
     (pathlib.Path(__file__).parent / "lobes.json").write_text(json.dumps(out) + "\n")
 
 

@@ -55,6 +55,8 @@ JOBS = {
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
     "varnish": (32, [("brass.clearcoat", "one"), ("half.clearcoat", "one", 2), ("half.clearcoatRoughness", "one", 8),
                      ("plastic.baseColor", "one"), ("half.clearcoat", "reverse", 2)]),
+    "brushed": (32, [("varied.anisotropy", "one", 2), ("wavy.anisotropy", "one", 2), ("varied.roughness", "one", 6), ("wavy.normal", "one", 4),
+                     ("varied.anisotropy", "reverse", 2), ("wavy.normal", "reverse", 4)]),
     # In Mitsuba's own format, beside this file.
     "mitsuba/shapes": (64, [("red.reflectance", "one")]),
     "mitsuba/textures": (32, [("sky.radiance", "self"), ("panel.reflectance", "reverse")]),
@@ -66,6 +68,8 @@ JOBS = {
     "mitsuba/covers": (64, [("ground.reflectance", "one"), ("veil.reflectance", "one")]),
     "mitsuba/blends": (64, [("rusty.weight", "one"), ("both.weight", "one"), ("frosted.weight", "one difference 0.2", 4), ("rusty.bsdf_1.reflectance", "one"),
                             ("rusty.weight", "reverse")]),
+    "mitsuba/brushed": (64, [("steel.alpha_u", "one", 2), ("steel.alpha_v", "one", 2), ("patterned.alpha_u", "reverse", 2), ("gold.anisotropic", "one", 2),
+                            ("block.alpha_u", "one", 4)]),
 }
 
 # Mitsuba splats a sample on all pixels that its filter reaches, so their errors go together, and a block's error is larger than those of its pixels tell:
@@ -90,6 +94,9 @@ VARIANTS = {
         "brass": {"model": "clearcoat", "clearcoat": 1.0, "clearcoatRoughness": 0.15},
         "plastic": {"model": "clearcoat", "clearcoat": 0.7, "clearcoatRoughness": 0.5},
         "half": {"model": "clearcoat", "clearcoat": 0.5, "clearcoatRoughness": 0.3}}),
+    "brushed": ("materials", {
+        "varied": {"model": "anisotropy", "anisotropy": 0.7, "rotation": 0.5},
+        "wavy": {"model": "anisotropy", "anisotropy": 0.6, "rotation": -0.9}}),
 }
 
 
@@ -153,7 +160,7 @@ class Gradient:
         self.set(type(self.base)(self.base))
         if result.ndim < 3:  # a constant
             result = result.reshape(1, 1, -1)
-        if ".weight" in self.key:  # a number: Mitsuba's is the luminance of a picture's channels, whose weights have the sum 1
+        if ".weight" in self.key or ".alpha_" in self.key:  # a number: Mitsuba's is the luminance of a picture's channels, whose weights have the sum 1
             result = result.sum(-1, keepdims=True)
         if self.environment:  # Mitsuba's array wraps: a copy of the last column before the first, of the first after the last
             result[:, 1] += result[:, -1]

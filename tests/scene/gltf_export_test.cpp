@@ -193,6 +193,22 @@ TEST(GltfExport, ClearCoatLoadsBack) {
     expectSame(s, loadScene(out / "scene.gltf"));
 }
 
+TEST(GltfExport, AnisotropyLoadsBack) {
+    Fixture f;
+    const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    f.w.json["materials"][1] = {{"name", "plain"}, {"extensions", {{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}, {"anisotropyRotation", 0.3}, {"anisotropyTexture", texture}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    const std::uint32_t strength = s.parameter("plain.anisotropy");
+    change(s.parameters[strength]);
+    ASSERT_TRUE(s.parameters[strength].textured);
+    const TempFolder out;
+    exportScene(s, {strength}, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
+    expectSame(s, back);
+    ASSERT_EQ(back.directionTextures.size(), 1u);
+    EXPECT_EQ(back.directionTextures[0].directions, s.directionTextures[0].directions);
+}
+
 TEST(GltfExport, BinaryScenesBecomeTextAndData) {
     const TempFolder folder, out;
     GltfWriter w = oneTriangle();

@@ -97,6 +97,61 @@ TEST(GltfMaterials, ClearCoat) {
     EXPECT_TRUE(warned(glass, "which is glass"));
 }
 
+TEST(GltfMaterials, Anisotropy) {
+    Fixture f;
+    // Along the tangent, along the bitangent; the strength is blue.
+    const std::size_t t = f.png("brushed.png", 2, 1, 3, {255, 128, 51, 128, 255, 255});
+    Json& anisotropy = f.material["extensions"]["KHR_materials_anisotropy"];
+    anisotropy = {{"anisotropyStrength", 0.5}, {"anisotropyTexture", {{"index", t}}}};
+    f.w.json["extensionsRequired"] = {"KHR_materials_anisotropy"};
+    const auto expectDirections = [](const Scene& s, const std::vector<glm::vec2>& expected) {
+        ASSERT_NE(s.materials[0].anisotropyDirection, ~0u);
+        const DirectionTexture& d = s.directionTextures.at(s.materials[0].anisotropyDirection);
+        ASSERT_EQ(d.directions.size(), expected.size());
+        for (std::size_t i = 0; i < expected.size(); ++i)
+            EXPECT_LT(glm::distance(glm::normalize(d.directions[i]), expected[i]), 0.005) << i;
+    };
+    const Scene s = f.load();
+    ASSERT_EQ(s.parameters.size(), 7u);
+    expectValues(valuesOf(s, "wall.anisotropy"), {0.5f * 0.2f, 0.5f});
+    expectDirections(s, {{1, 0}, {0, 1}});
+    EXPECT_FALSE(warned(s, "not rendered"));
+    EXPECT_FALSE(warned(s, "neither tangents nor texture coordinates"));
+    Json& attributes = f.w.json["meshes"][0]["primitives"][0]["attributes"];
+    const Json coordinates = attributes["TEXCOORD_0"];
+    attributes.erase("TEXCOORD_0");
+    EXPECT_TRUE(warned(f.load(), "neither tangents nor texture coordinates"));
+    attributes["TEXCOORD_0"] = coordinates;
+
+    anisotropy["anisotropyRotation"] = 0.5;
+    const float c = std::cos(0.5f), r = std::sin(0.5f);
+    expectDirections(f.load(), {{c, r}, {-r, c}});
+    anisotropy = {{"anisotropyStrength", 1}, {"anisotropyRotation", 0.5}};
+    const Scene turned = f.load();
+    expectValues(valuesOf(turned, "wall.anisotropy"), {1});
+    expectDirections(turned, {{c, r}});
+    anisotropy = Json::object();
+    const Scene none = f.load();
+    expectValues(valuesOf(none, "wall.anisotropy"), {0});
+    EXPECT_EQ(none.materials[0].anisotropyDirection, ~0u);
+
+    for (const Json& bad : {Json{{"anisotropyStrength", 2}}, Json{{"anisotropyStrength", -0.5}}, Json{{"anisotropyRotation", "quarter"}}, Json{{"anisotropyTexture", {{"index", 99}}}}}) {
+        anisotropy = bad;
+        EXPECT_THROW(f.load(), Error) << bad;
+    }
+
+    // Rough glass has it, a pane does not.
+    anisotropy = {{"anisotropyStrength", 0.5}};
+    f.material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
+    f.material["pbrMetallicRoughness"] = {{"metallicFactor", 0}, {"roughnessFactor", 0.5}};
+    EXPECT_TRUE(warned(f.load(), "which is glass"));
+    f.material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 1}};
+    const Scene glass = f.load();
+    expectValues(valuesOf(glass, "wall.anisotropy"), {0.5f});
+    EXPECT_TRUE(hasAnisotropy(glass.materials[0]));
+    EXPECT_FALSE(warned(glass, "which is glass"));
+}
+
 TEST(GltfMaterials, BaseColorTextureIsDecodedAndFolded) {
     Fixture f;
     const std::size_t t = f.png("c.png", 2, 1, 3, {188, 0, 255, 10, 20, 30});
@@ -289,9 +344,9 @@ TEST(GltfMaterials, TransmissionTexturesAndMetalMakeTheWeight) {
 
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
     Fixture f;
-    f.w.json["extensionsUsed"] = {"KHR_materials_anisotropy", "KHR_materials_sheen"};
+    f.w.json["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_sheen"};
     f.material["extensions"] = {{"KHR_materials_iridescence", Json::object()}};
-    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_anisotropy, KHR_materials_iridescence, KHR_materials_sheen"));
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_dispersion, KHR_materials_iridescence, KHR_materials_sheen"));
 }
 
 TEST(GltfMaterials, UnlitIsRefused) {

@@ -234,6 +234,45 @@ TEST(Mitsuba, SurfaceModels) {
     EXPECT_TRUE(material("").oneSided) << "Mitsuba's default is diffuse";
 }
 
+TEST(Mitsuba, TwoAlphas) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 255, 255, 51, 51, 51});
+    const auto shape = [](const std::string& type, const std::string& inside) { return "<shape type=\"rectangle\"><bsdf type=\"" + type + "\" id=\"brushed\">" + inside + "</bsdf></shape>"; };
+    const std::string u = "<float name=\"alpha_u\" value=\"0.4\"/>", v = "<float name=\"alpha_v\" value=\"0.2\"/>";
+    for (const char* type : {"roughconductor", "roughdielectric"}) {
+        const Scene s = loadText(folder, shape(type, u + v));
+        EXPECT_TRUE(hasAnisotropy(s.materials[0])) << type;
+        EXPECT_EQ(find(s, "brushed.alpha_u").kind, SlotKind::Anisotropy);
+        EXPECT_EQ(find(s, "brushed.alpha_u").values, std::vector<float>{0.4f});
+        EXPECT_EQ(find(s, "brushed.alpha_v").kind, SlotKind::Roughness);
+        EXPECT_EQ(find(s, "brushed.alpha_v").values, std::vector<float>{0.2f});
+    }
+    const std::string texture = "<texture type=\"bitmap\" name=\"alpha_u\"><string name=\"filename\" value=\"picture.png\"/><boolean name=\"raw\" value=\"true\"/></texture>";
+    EXPECT_FALSE(hasAnisotropy(loadText(folder, shape("roughconductor", "")).materials[0]));
+    Scene s = loadText(folder, shape("roughconductor", texture + v));
+    Parameter& textured = s.parameters[s.parameter("brushed.alpha_u")];
+    textured.materialise();
+    EXPECT_EQ(textured.values, (std::vector<float>{1, 0.2f}));
+    textured.values = {0.5f, 0.25f};
+    s.parameters[s.parameter("brushed.alpha_v")].values = {0.75f};
+    exportScene(s, {s.parameter("brushed.alpha_u"), s.parameter("brushed.alpha_v")}, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    Parameter written = find(again, "brushed.alpha_u");
+    written.materialise();
+    EXPECT_NEAR(written.values.at(0), 0.5f, 0.003);
+    EXPECT_NEAR(written.values.at(1), 0.25f, 0.003);
+    EXPECT_EQ(find(again, "brushed.alpha_v").values, std::vector<float>{0.75f});
+
+    expectRefused(folder, shape("roughconductor", u), "go together");
+    expectRefused(folder, shape("roughdielectric", v), "go together");
+    expectRefused(folder, shape("roughconductor", u + v + "<float name=\"alpha\" value=\"0.1\"/>"), "beside alpha_u");
+    expectRefused(folder, shape("roughplastic", u + v), "one roughness");
+    const Scene principled = loadText(folder, shape("principled", "<float name=\"anisotropic\" value=\"0.5\"/>"));
+    EXPECT_TRUE(hasAnisotropy(principled.materials[0]) && principled.materials[0].anisotropyByAspect);
+    EXPECT_EQ(find(principled, "brushed.anisotropic").values, std::vector<float>{0.5f});
+    EXPECT_FALSE(hasAnisotropy(loadText(folder, shape("principled", "")).materials[0]));
+}
+
 TEST(Mitsuba, MasksCoverInPart) {
     const TempFolder folder;
     savePng(folder / "opacity.png", 2, 1, 1, {0, 188});

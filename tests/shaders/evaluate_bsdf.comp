@@ -33,7 +33,8 @@ struct Query {
     float ior;
     uint model;
     vec3 normal, wo, wi;
-    float clearcoat, clearcoatRoughness;
+    float clearcoat, clearcoatRoughness, anisotropy;
+    vec3 tangent;
 };
 
 struct Result {

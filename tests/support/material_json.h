@@ -3,6 +3,7 @@
 
 #include "scene/scene.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -28,6 +29,19 @@ inline void addClearCoat(Scene& scene, Material& m, float factor, float roughnes
         p.values = {value};
         scene.parameters.push_back(p);
     }
+}
+
+// Makes the material's microfacets anisotropic, along the tangent turned counter-clockwise by so many radians.
+inline void addAnisotropy(Scene& scene, Material& m, float strength, float rotation) {
+    m.parameters[std::size_t(SlotKind::Anisotropy)] = std::uint32_t(scene.parameters.size());
+    Parameter p;
+    p.name = m.name + "." + slotName(SlotKind::Anisotropy);
+    p.kind = SlotKind::Anisotropy;
+    p.channels = 1;
+    p.values = {strength};
+    scene.parameters.push_back(p);
+    m.anisotropyDirection = std::uint32_t(scene.directionTextures.size());
+    scene.directionTextures.emplace_back().directions = {{0.5f * std::cos(rotation), 0.5f * std::sin(rotation)}};
 }
 
 // Makes of the material of this name a blend with another, which keeps its own slots.
@@ -62,6 +76,10 @@ inline void replaceMaterial(Scene& scene, const std::string& name, const nlohman
         const std::string model = json["model"];
         if (model == "clearcoat") {
             addClearCoat(scene, m, json["clearcoat"], json["clearcoatRoughness"]);
+            return;
+        }
+        if (model == "anisotropy") {
+            addAnisotropy(scene, m, json["anisotropy"], json["rotation"]);
             return;
         }
         m.model = model == "conductor"        ? SurfaceModel::Conductor

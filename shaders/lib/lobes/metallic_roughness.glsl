@@ -4,7 +4,7 @@
 //   dielectric: (1 - specular max(fr)) baseColor / pi + specular fr GGX, fr = f0 + (1 - f0) (1 - |w.h|)^5.
 #ifndef CMPG_LIB_METALLIC_ROUGHNESS
 #define CMPG_LIB_METALLIC_ROUGHNESS
-#include "lib/surface.glsl"
+#include "lib/lobes/anisotropy.glsl"
 #include "lib/warp.glsl"
 
 vec3 dielectricF0(Surface s) {
@@ -74,11 +74,16 @@ vec3 metallicRoughnessCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, float
     }
     if (kLobeSpecular) {
         HalfVector h = halfVector(n, wo, wi);
-        MicrofacetReflection g = ggxReflection(alphaFromRoughness(s.roughness), n, wo, wi, cosO, cosI, h);
+        MicrofacetReflection g;
+        if (IS_ANISOTROPIC(s))
+            g = anisotropicReflection(s, n, wo, wi, cosO, cosI, h);
+        else
+            g = ggxReflection(alphaFromRoughness(s.roughness), n, wo, wi, cosO, cosI, h);
         vec3 reflected = dielectric * s.specular * fr + s.metallic * fresnel(s.baseColor, f);
         value = value + reflected * g.value;
         if (kDiffBaseColor) d.at[kAtBaseColor] = d.at[kAtBaseColor] + vec3(s.metallic * f.keep * g.value);
         if (kDiffRoughness) d.at[kAtRoughness] = reflected * (g.alpha * alphaDerivative(s.roughness));
+        if (kDiffAnisotropy) d.at[kAtAnisotropy] = reflected * g.anisotropy;
         if (kDiffMetallic) {
             // The difference of the two Fresnel terms, where they meet at grazing angles.
             vec3 difference = (s.baseColor - s.specular * f0) * f.keep + vec3((1.0 - s.specular) * f.grazing);

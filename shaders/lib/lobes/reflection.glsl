@@ -1,7 +1,7 @@
 // Reflection by the boundary of a conductor or of a plastic's coat, in a single direction or by microfacets.
 #ifndef CMPG_LIB_REFLECTION
 #define CMPG_LIB_REFLECTION
-#include "lib/surface.glsl"
+#include "lib/lobes/anisotropy.glsl"
 #include "lib/fresnel.glsl"
 
 vec3 conductorEta(Surface s) { return vec3(s.metallic, s.specular, s.ior); }
@@ -29,7 +29,9 @@ vec3 microfacetReflectionCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, fl
     HalfVector h = halfVector(n, wo, wi);
     float alpha = surfaceAlpha(s);
     MicrofacetReflection g;
-    if (IS_BECKMANN(s))
+    if (IS_ANISOTROPIC(s))
+        g = anisotropicReflection(s, n, wo, wi, cosO, cosI, h);
+    else if (IS_BECKMANN(s))
         g = beckmannReflection(alpha, n, wo, wi, cosO, cosI, h);
     else
         g = ggxReflection(alpha, n, wo, wi, cosO, cosI, h);
@@ -37,6 +39,7 @@ vec3 microfacetReflectionCos(Surface s, vec3 n, vec3 wo, vec3 wi, float cosO, fl
     vec3 reflected = boundaryReflected(s, min(0.5 * length(wo + wi), 1.0), term);
     addBoundaryDerivative(s, term * g.value, d);
     if (kDiffRoughness) d.at[kAtRoughness] = d.at[kAtRoughness] + reflected * (g.alpha * surfaceAlphaDerivative(s));
+    if (kDiffAnisotropy) d.at[kAtAnisotropy] = d.at[kAtAnisotropy] + reflected * g.anisotropy;
     if (kDiffNormal) addNormalDerivative(d, reflected, g.normal);
     return reflected * g.value;
 }

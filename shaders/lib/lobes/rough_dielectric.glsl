@@ -2,6 +2,7 @@
 // Surfaces"; GGX or Beckmann, Smith masking separable). Radiance is scaled as in dielectric.glsl.
 #ifndef CMPG_LIB_ROUGH_DIELECTRIC
 #define CMPG_LIB_ROUGH_DIELECTRIC
+#include "lib/lobes/anisotropy.glsl"
 #include "lib/lobes/dielectric.glsl"
 
 // The microfacet that reflects or refracts wi to wo.
@@ -29,6 +30,7 @@ Facet facetBetween(vec3 n, vec3 wo, vec3 wi, float cosI, float eta) {
     f.h.cos2 = c * c * scale;
     f.h.sin2 = s2 * scale;
     f.h.slope = cross(t, n) * (c * scale);
+    f.h.across = t * sqrt(scale);
     float perLength = inversesqrt(max(m2, 1e-30));
     float o = dot(wo, m) * perLength;
     float i = -dot(wi, m) * perLength;
@@ -48,7 +50,9 @@ vec3 roughDielectricCos(Surface s, vec3 normal, vec3 wo, vec3 wi, INOUT(BsdfDeri
     if (!(f.cosine > 0.0)) return vec3(0.0);
     float alpha = surfaceAlpha(s);
     MicrofacetReflection g;
-    if (IS_BECKMANN(s))
+    if (IS_ANISOTROPIC(s))
+        g = anisotropicReflection(s, n, wo, wi, cosO, abs(cosI), f.h);
+    else if (IS_BECKMANN(s))
         g = beckmannReflection(alpha, n, wo, wi, cosO, abs(cosI), f.h);
     else
         g = ggxReflection(alpha, n, wo, wi, cosO, abs(cosI), f.h);
@@ -59,6 +63,7 @@ vec3 roughDielectricCos(Surface s, vec3 normal, vec3 wo, vec3 wi, INOUT(BsdfDeri
     if (kDiffSpecular && reflects) d.at[kAtSpecular] = vec3(term * g.value);
     if (kDiffBaseColor && !reflects) d.at[kAtBaseColor] = vec3(term * g.value);
     if (kDiffRoughness) d.at[kAtRoughness] = colour * (term * g.alpha * surfaceAlphaDerivative(s));
+    if (kDiffAnisotropy) d.at[kAtAnisotropy] = colour * (term * g.anisotropy);
     return colour * (term * g.value);
 }
 
@@ -72,7 +77,7 @@ float roughDielectricPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     if (!(f.cosine > 0.0)) return 0.0;
     float probability = reflectionProbability(s, dielectricBoundary(f.cosine, eta));
     float chosen = cosI > 0.0 ? probability : (1.0 - probability) * eta * eta;
-    return chosen * f.jacobian * ggxPdf(surfaceAlpha(s), cosO, f.h);
+    return chosen * f.jacobian * microfacetPdf(s, n, wo, cosO, f.h);
 }
 
 // Draws wi with that density. False: it ends on the wrong side.
@@ -81,9 +86,9 @@ bool sampleRoughDielectric(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi
     float eta = indexBehind(s, normal, wo);
     vec3 x;
     vec3 y;
-    orthonormalFrame(n, x, y);
+    vec2 alpha = microfacetFrame(s, n, x, y);
     vec3 o = vec3(dot(x, wo), dot(y, wo), dot(n, wo));
-    vec3 h = sampleGgxNormal(surfaceAlpha(s), o, vec2(u.x, u.y));
+    vec3 h = sampleGgxNormal(alpha, o, vec2(u.x, u.y));
     float c = min(dot(o, h), 1.0);
     Boundary b = dielectricBoundary(max(c, 0.0), eta);
     bool reflects = u.z < reflectionProbability(s, b);

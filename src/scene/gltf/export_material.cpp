@@ -36,6 +36,8 @@ class MaterialExporter {
     Json& extension(const char* name);
     // Lets `holder`[key] use a new image; sampler, texture coordinates and their transform stay.
     void setTexture(Json& holder, const char* key, const std::string& name, const Parameter& size, const Bytes& pixels, int channels);
+    std::uint32_t imageOf(const Json& info) const { return root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>(); }
+    void keepDirections(const Json& info, Bytes& pixels);
     std::vector<std::uint8_t> originalAlpha(const Json& info, const Parameter& p);
 
     Json& root_;
@@ -70,8 +72,7 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
 
 // Alpha codes of the texture `info` names, or none if it has no alpha.
 std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& info, const Parameter& p) {
-    const auto image = root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>();
-    const RawImage raw = decodeImage(source_.imageBytes(image), source_.name());
+    const RawImage raw = decodeImage(source_.imageBytes(imageOf(info)), source_.name());
     if (!raw.hasAlpha() || raw.width != p.width || raw.height != p.height) return {};
     std::vector<std::uint8_t> alpha(raw.pixels());
     for (std::size_t i = 0; i < alpha.size(); ++i) {
@@ -79,6 +80,16 @@ std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& info, cons
         alpha[i] = raw.bytes.empty() ? code(raw.values[from]) : raw.bytes[from];
     }
     return alpha;
+}
+
+// Puts red and green of the texture that `info` names into those of RGB pixels.
+void MaterialExporter::keepDirections(const Json& info, Bytes& pixels) {
+    const RawImage raw = decodeImage(source_.imageBytes(imageOf(info)), source_.name());
+    for (std::size_t i = 0; i < std::min(raw.pixels(), pixels.size() / 3); ++i)
+        for (std::uint32_t c = 0; c < 2; ++c) {
+            const std::size_t from = i * raw.channels + raw.channel(c);
+            pixels[3 * i + c] = raw.bytes.empty() ? code(raw.values[from]) : raw.bytes[from];
+        }
 }
 
 void MaterialExporter::baseColor() {
@@ -162,7 +173,7 @@ void MaterialExporter::normal() {
     json_["normalTexture"].erase("scale");
 }
 
-// The image has the value in all channels, so whichever the slot is read from.
+// The image has the value in all channels, so whichever the slot is read from; but of anisotropy, whose directions stay.
 void MaterialExporter::lobe(const GltfLobeSlot& slot) {
     const Parameter p = values(slot.kind);
     Json& json = extension(slot.extension);
@@ -171,6 +182,7 @@ void MaterialExporter::lobe(const GltfLobeSlot& slot) {
         return;
     Bytes pixels;
     for (const float v : p.values) pixels.insert(pixels.end(), 3, code(v));
+    if (slot.kind == SlotKind::Anisotropy) keepDirections(json[slot.texture], pixels);
     setTexture(json, slot.texture, p.name, p, pixels, 3);
 }
 

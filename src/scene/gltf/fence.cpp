@@ -90,6 +90,7 @@ void checkMaterial(const JsonView& material, const JsonView& root) {
         extensions[slot.extension][slot.factor].number(0, 1);
         checkTexture(extensions[slot.extension][slot.texture], root);
     }
+    extensions["KHR_materials_anisotropy"]["anisotropyRotation"].number();
     extensions["KHR_materials_ior"]["ior"].number(0);
     extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(0);
 }

@@ -77,9 +77,12 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     const bool named = primitive.material >= 0;
     const std::uint32_t material = named ? std::uint32_t(primitive.material) : defaultMaterial(load);
     const bool normalMapped = named && model.materials[material].normalTexture.index >= 0;
+    const bool anisotropic = named && model.materials[material].extensions.contains("KHR_materials_anisotropy");
     const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
     const AccessorValues colors = attribute("COLOR_0", 3, 4);
-    const AccessorValues tangents = normalMapped && normals.count ? attribute("TANGENT", 4, 4) : AccessorValues{};
+    const AccessorValues tangents = (normalMapped || anisotropic) && normals.count ? attribute("TANGENT", 4, 4) : AccessorValues{};
+    if (anisotropic && !tangents.count && !uv0.count && !uv1.count)
+        load.warn(place + " has neither tangents nor texture coordinates: its anisotropy has an arbitrary direction");
     load.geometry.provide({normals.count > 0, uv0.count > 0, uv1.count > 0, tangents.count > 0, colors.count > 0});
 
     const glm::dmat3 linear(toWorld);

@@ -23,6 +23,7 @@ class MaterialLoader {
     void addVolume(const tinygltf::Material& source, Material& material, bool cut);
     void addTransmission(const tinygltf::Material& source, Material& material);
     void addLobes(const tinygltf::Material& source, Material& material);
+    void addDirection(const tinygltf::Value& anisotropy, Material& material);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -138,13 +139,25 @@ void MaterialLoader::addLobes(const tinygltf::Material& source, Material& materi
         const tinygltf::Value& lobe = extension(source.extensions, slot.extension);
         if (!lobe.IsObject())
             continue;
-        if (material.model != SurfaceModel::MetallicRoughness) {
+        const bool roughGlass = material.model == SurfaceModel::Dielectric && !isSmooth(material);
+        if (material.model != SurfaceModel::MetallicRoughness && !(slot.kind == SlotKind::Anisotropy && roughGlass)) {
             load_.ignored.insert(std::string(slot.extension) + " of " + material.name + ", which is glass");
             continue;
         }
         const float factor = real(member(lobe, slot.factor), slot.standard);
         fill(load_.addSlot(material, slot.kind, 1, glm::vec3(factor)), member(lobe, slot.texture), {.channels = {slot.channel}, .scale = glm::vec3(factor)});
+        if (slot.kind == SlotKind::Anisotropy)
+            addDirection(lobe, material);
     }
+}
+
+// Of anisotropy, where it is not along the tangent.
+void MaterialLoader::addDirection(const tinygltf::Value& anisotropy, Material& material) {
+    const double rotation = number(member(anisotropy, "anisotropyRotation"), 0);
+    if (const auto use = readTextureUse(load_, member(anisotropy, "anisotropyTexture")))
+        load_.addDirectionTexture(material, images_.get(use->image), *use, rotation);
+    else if (rotation != 0)
+        load_.addDirectionTexture(material, RawImage{1, 1, 3, {}, {1, 0.5f, 0}, true}, {}, rotation);
 }
 
 void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {

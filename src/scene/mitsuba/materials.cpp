@@ -114,10 +114,18 @@ void MaterialMaker::roughness(const MitsubaObject& bsdf, bool rough) {
     if (!rough)
         return constant(SlotKind::Roughness, 1, glm::vec3(0));
     material_.microfacets = bsdf.oneOf("distribution", {"beckmann", "ggx"}) == "ggx" ? Microfacets::Ggx : Microfacets::Beckmann;
-    for (const char* direction : {"alpha_u", "alpha_v"})
-        if (const MitsubaElement* e = bsdf.find(direction))
-            load_.document.fail(*e, "anisotropic roughness is not supported", "", "give one alpha for both directions");
     bsdf.ignore({"sample_visible"});
+    const MitsubaElement *u = bsdf.find("alpha_u"), *v = bsdf.find("alpha_v");
+    if (const MitsubaElement* e = u ? u : v) {
+        if (material_.model == SurfaceModel::Plastic)
+            load_.document.fail(*e, "the coat of a plastic has one roughness", "Mitsuba's own has no other", "give alpha");
+        if (!u || !v)
+            load_.document.fail(*e, "alpha_u and alpha_v go together", "", "give both, or alpha for both directions");
+        if (const MitsubaElement* both = bsdf.find("alpha"))
+            load_.document.fail(*both, "alpha stands beside alpha_u and alpha_v", "", "give either");
+        slot(SlotKind::Anisotropy, 1, bsdf, "alpha_u", glm::vec3(0.1f));
+        return slot(SlotKind::Roughness, 1, bsdf, "alpha_v", glm::vec3(0.1f));
+    }
     slot(SlotKind::Roughness, 1, bsdf, "alpha", glm::vec3(0.1f));
 }
 
@@ -177,7 +185,7 @@ void MaterialMaker::plastic(const MitsubaObject& bsdf, bool rough) {
 }
 
 void MaterialMaker::principled(const MitsubaObject& bsdf) {
-    for (const char* lobe : {"anisotropic", "spec_trans", "sheen", "clearcoat", "flatness", "spec_tint"})
+    for (const char* lobe : {"spec_trans", "sheen", "clearcoat", "flatness", "spec_tint"})
         if (bsdf.find(lobe) && bsdf.real(lobe, 0) != 0)
             load_.document.fail(*bsdf.find(lobe), "the principled material's " + std::string(lobe) + " is not supported", "there is no lobe for it",
                                 "leave it away");
@@ -188,6 +196,10 @@ void MaterialMaker::principled(const MitsubaObject& bsdf) {
     slot(SlotKind::BaseColor, 3, bsdf, "base_color", glm::vec3(0.5f));
     slot(SlotKind::Roughness, 1, bsdf, "roughness", glm::vec3(0.5f));
     slot(SlotKind::Metallic, 1, bsdf, "metallic", glm::vec3(0));
+    if (bsdf.find("anisotropic")) {
+        material_.anisotropyByAspect = true;
+        slot(SlotKind::Anisotropy, 1, bsdf, "anisotropic", glm::vec3(0));
+    }
     constant(SlotKind::Specular, 1, glm::vec3(1));
     const Parameter& metallic = load_.scene.parameters[material_.parameters[std::size_t(SlotKind::Metallic)]];
     if (metallic.values.size() != 1 || metallic.values[0] < 1)
