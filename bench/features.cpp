@@ -1,12 +1,12 @@
 // What leaving out the features a scene does not need saves: time of passes, and of a start for which no compiled kernel is stored.
 #include "bench.h"
 
-#include "base/stopwatch.h"
 #include "median.h"
-#include "render/renderer.h"
-#include "scene/scene_file.h"
+
+#include <cmpg/renderer.h>
 
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <sys/resource.h>
@@ -32,34 +32,35 @@ struct Taken {
 
 template <class Work> Taken timed(Work&& work) {
     const double before = processorSeconds();
-    const Stopwatch watch;
+    const auto start = std::chrono::steady_clock::now();
     work();
-    return {watch.seconds(), processorSeconds() - before};
+    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), processorSeconds() - before};
 }
 
 struct Subject {
-    Scene scene;
-    Renderer renderer;
-    View view;
+    v1::Renderer renderer;
+    v1::PassOptions pass;
     Image adjoint;
 
-    Subject(Device& device, const std::string& file, const char* parameter, bool everything, int size)
-        : scene(loadScene(file)), renderer(device, scene, config(parameter, everything)), view{&scene.cameras.front(), size, size},
-          adjoint(size, size, 3, 1e-5f) {}
+    Subject(const v1::Device& device, const std::string& file, const char* parameter, bool everything, int size)
+        : renderer(device, v1::Scene::load(file), options(parameter, everything)), pass{.width = size, .height = size, .seed = 1}, adjoint(size, size, 3, 1e-5f) {}
 
-    RenderConfig config(const char* parameter, bool everything) const {
-        RenderConfig c;
+    static v1::RendererOptions options(const char* parameter, bool everything) {
+        v1::RendererOptions o;
+        o.paths = {.sampling = Sampling::Bsdf, .pixelSampling = PixelSampling::Uniform, .roulette = false};
+        o.paths.allFeatures = everything;
         if (parameter)
-            c.differentiable = {scene.parameter(parameter)};
-        c.maxDepth = scene.maxDepth;
-        c.allFeatures = everything;
-        return c;
+            o.parameters = {parameter};
+        return o;
     }
-    void image(std::uint32_t spp, std::uint32_t step) { renderer.render(view, spp, {1, step, 0}); }
-    void gradient(std::uint32_t spp, std::uint32_t step) {
-        std::vector<std::vector<double>> gradients;
-        renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients);
+    v1::PassOptions passOf(std::uint32_t spp, std::uint32_t frame) const {
+        v1::PassOptions own = pass;
+        own.spp = spp;
+        own.frame = frame;
+        return own;
     }
+    void image(std::uint32_t spp, std::uint32_t frame) { renderer.render(passOf(spp, frame)); }
+    void gradient(std::uint32_t spp, std::uint32_t frame) { renderer.backward(adjoint, passOf(spp, frame)); }
 };
 
 // Both variants in turn; prints their medians and ratios. `work(everything, run)` measures one.
@@ -77,7 +78,7 @@ template <class Work> void compare(const char* scene, const char* what, int repe
 }
 
 void passes(const char* name, const std::string& file, const char* parameter) {
-    Device device{Device::Options{}};
+    const v1::Device device;
     Subject own(device, file, parameter, false, kSize), all(device, file, parameter, true, kSize);
     const auto subject = [&](bool everything) -> Subject& { return everything ? all : own; };
     for (const bool everything : {false, true}) { // compiles
@@ -94,13 +95,13 @@ void starts(const char* name, const std::string& file, const char* parameter) {
         std::array<std::map<std::string, double>, 2> compile;
         compare(name, gradient ? "start, gradient" : "start, image", kStarts, [&](bool everything, std::uint32_t run) {
             return timed([&] {
-                Device device{Device::Options{}};
+                const v1::Device device;
                 Subject s(device, file, gradient ? parameter : nullptr, everything, 16);
                 if (gradient)
                     s.gradient(1, run);
                 else
                     s.image(1, run);
-                compile[everything] = device.compileTimes();
+                compile[everything] = device.compileSeconds();
             });
         });
         std::printf("    compilation:");
@@ -117,7 +118,7 @@ void features(const std::string& scenes) {
     setenv("CMPG_CACHE", "0", 1);
     std::printf("\nOnly what a scene requires, against all features: medians of seconds, and ratios\n");
     std::printf("%-12s %-14s %10s %10s %8s %14s %10s %8s\n", "scene", "what", "own", "all", "ratio", "processor: own", "all", "ratio");
-    { Device first{Device::Options{}}; } // what the driver does once in a process
+    { const v1::Device first; } // what the driver does once in a process
     for (const auto& [name, parameter] : {std::pair{"box", "painting.baseColor"}, {"materials", "varied.baseColor"}}) {
         const std::string file = scenes + "/" + name + "/scene.gltf";
         starts(name, file, parameter);

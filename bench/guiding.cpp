@@ -1,10 +1,9 @@
 // What guiding costs: passes drawn from a guide against unguided ones, and the rebuild on the host as a share of a step.
 #include "bench.h"
 
-#include "base/stopwatch.h"
 #include "median.h"
-#include "render/renderer.h"
-#include "scene/scene_file.h"
+
+#include <cmpg/recovery.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -16,79 +15,60 @@ namespace {
 
 constexpr std::uint32_t kSpp = 4;
 
-struct Subject {
-    Device device{Device::Options{}};
-    Scene scene;
-    Renderer renderer;
-    View view;
-    Image adjoint;
-    PassResult last;
-
-    Subject(const std::string& file, const std::string& parameter, int size, const SdTreeConfig& tree)
-        : scene(loadScene(file)), renderer(device, scene, config(parameter, tree)), view{&scene.cameras.front(), size, size},
-          adjoint(size, size, 3, 1e-5f) {}
-
-    RenderConfig config(const std::string& parameter, const SdTreeConfig& tree) {
-        RenderConfig c;
-        c.differentiable = {scene.parameter(parameter)};
-        c.maxDepth = scene.maxDepth;
-        c.guiding = true;
-        c.guide = tree;
-        c.guideMemory = std::uint64_t(256) << 20;
-        return c;
-    }
-    double reverse(const PassPlan& plan, std::uint32_t spp, std::uint32_t step) {
-        std::vector<std::vector<double>> gradients;
-        const Stopwatch watch;
-        last = renderer.reverse(view, spp, {1, step, 1}, adjoint, {}, {}, gradients, plan);
-        return watch.seconds();
-    }
-    double render(const PassPlan& plan, std::uint32_t spp, std::uint32_t step) {
-        const Stopwatch watch;
-        renderer.render(view, spp, {1, step, 0}, plan);
-        return watch.seconds();
-    }
-};
+v1::PathOptions pathsBy(Sampling sampling) {
+    return {.sampling = sampling, .pixelSampling = PixelSampling::Uniform, .roulette = false, .guideMemory = 256, .guide = {.keep = true}};
+}
 
 void passes(const char* name, const std::string& file, const std::string& parameter) {
-    constexpr int kSize = 256, kRepeats = 7, kTrain = 8;
-    Subject s(file, parameter, kSize, {});
-    for (std::uint32_t i = 0; i < kTrain; ++i) {
-        s.reverse({.method = {Sampling::Conditional}, .record = true}, kSpp, i);
-        s.renderer.updateGuide();
-    }
-    const PassPlan plans[] = {{}, {.method = {Sampling::Conditional}}, {.method = {Sampling::Conditional}, .record = true}};
+    constexpr int kSize = 256, kRepeats = 7;
+    constexpr std::uint32_t kTrain = 8;
+    const v1::Device device;
+    const v1::Scene scene = v1::Scene::load(file);
+    const Image adjoint(kSize, kSize, 3, 1e-5f);
+    v1::Renderer plain(device, scene, {.paths = pathsBy(Sampling::Bsdf), .parameters = {parameter}});
+    v1::Renderer guided(device, scene, {.paths = pathsBy(Sampling::Conditional), .parameters = {parameter}});
+    guided.backward(adjoint, {.spp = kSpp, .seed = 1, .train = kTrain});
     std::vector<double> times[3];
-    double rays[3] = {};
-    for (std::uint32_t i = 0; i <= kRepeats; ++i)
-        for (int w = 0; w < 3; ++w) {
-            const double t = s.reverse(plans[w], kSpp, 100 + i);
-            rays[w] = double(s.last.rays) / double(s.last.paths);
-            if (i > 0) // the first compiles
-                times[w].push_back(t);
-        }
-    const double plain = median(times[0]), guided = median(times[1]), recorded = median(times[2]);
-    std::printf("%-10s %12.4f %12.2f %12.2f %14.2f %14.2f\n", name, plain / kSpp, guided / plain, recorded / plain, rays[1] / rays[0],
-                (guided / rays[1]) / (plain / rays[0]));
+    double rays[2] = {};
+    for (std::uint32_t i = 0; i <= kRepeats; ++i) {
+        const v1::PassOptions pass{.spp = kSpp, .seed = 1, .frame = 100 + i};
+        v1::PassReport reports[3];
+        plain.backward(adjoint, pass, &reports[0]);
+        guided.backward(adjoint, pass, &reports[1]);
+        v1::PassOptions learning = pass;
+        learning.seed += 100 + i;
+        learning.train = 1;
+        learning.anew = false;
+        guided.backward(adjoint, learning, &reports[2]);
+        for (int w = 0; w < 2; ++w)
+            rays[w] = double(reports[w].rays) / double(reports[w].paths);
+        if (i == 0) // compiles
+            continue;
+        times[0].push_back(reports[0].seconds);
+        times[1].push_back(reports[1].seconds);
+        times[2].push_back(reports[2].learningSeconds);
+    }
+    const double unguided = median(times[0]), drawn = median(times[1]), learned = median(times[2]);
+    std::printf("%-10s %12.4f %12.2f %12.2f %14.2f %14.2f\n", name, unguided / kSpp, drawn / unguided, learned / unguided, rays[1] / rays[0],
+                (drawn / rays[1]) / (unguided / rays[0]));
+    std::fflush(stdout);
 }
 
 // One step of 16 + 4 samples per pixel that learns, after `before` others.
 void rebuild(const char* name, const std::string& file, int size, std::uint32_t before, std::uint32_t cellRecords) {
-    SdTreeConfig tree;
-    tree.cellRecords = cellRecords;
-    tree.maxNodes = std::uint64_t(1) << 24;
-    Subject s(file, "painting.baseColor", size, tree);
-    const PassPlan plan{.method = {Sampling::Conditional}, .record = true};
-    double wall = 0, host = 0;
-    for (std::uint32_t i = 0; i <= before; ++i) {
-        const double primal = s.render(plan, i == before ? 16 : 2, i), derivative = s.reverse(plan, i == before ? 4 : 2, i);
-        const Stopwatch watch;
-        s.renderer.updateGuide();
-        host = watch.seconds();
-        wall = primal + derivative + host;
-    }
-    std::printf("%-10s %6d %8zu cells %8llu nodes %10.1f ms %8.2f %% of the step\n", name, size, s.renderer.guide().cells().size(),
-                static_cast<unsigned long long>(s.renderer.guide().nodes()), 1e3 * host, 100 * host / wall);
+    v1::RecoveryOptions options{.paths = pathsBy(Sampling::Conditional), .parameters = {"painting.baseColor"}, .spp = 2, .sppGradient = 2, .sppDifference = 0, .prior = 0};
+    if (cellRecords > 0)
+        options.paths.guide.cellRecords = cellRecords;
+    v1::Recovery recovery(v1::Device(), v1::Scene::load(file), {{.image = Image(size, size, 3, 0.5f)}}, options);
+    for (std::uint32_t i = 0; i < before; ++i)
+        recovery.step();
+    recovery.setSamples(16, 4);
+    const double learned = recovery.report().learningSeconds; // in a recovery: what rebuilding took
+    const v1::RecoveryStep step = recovery.step();
+    const v1::PassReport report = recovery.report();
+    const double host = report.learningSeconds - learned;
+    std::printf("%-10s %6d %8u cells %10.1f ms %8.2f %% of the step\n", name, size, report.guideCells, 1e3 * host, 100 * host / step.seconds);
+    std::fflush(stdout);
 }
 
 } // namespace
@@ -96,15 +76,15 @@ void rebuild(const char* name, const std::string& file, int size, std::uint32_t 
 void guiding(const std::string& scenes) {
     const std::string made = (std::filesystem::temp_directory_path() / "cmpg-vk-bench-room").string(); // large, so not stored
     const bool hasRoom = std::system(("python3 \"" + scenes + "/generate.py\" room -o \"" + made + "\" > /dev/null").c_str()) == 0;
-    std::printf("\nDerivative passes at 256 x 256, %u samples: unguided s/spp; conditional, and with records, against it; rays; time per ray\n", kSpp);
-    std::printf("%-10s %12s %12s %12s %14s %14s\n", "scene", "unguided", "guided", "recorded", "rays", "time per ray");
+    std::printf("\nDerivative passes at 256 x 256, %u samples: unguided s/spp; conditional, and learning with the rebuild, against it; rays; time per ray\n", kSpp);
+    std::printf("%-10s %12s %12s %12s %14s %14s\n", "scene", "unguided", "guided", "learning", "rays", "time per ray");
     passes("box", scenes + "/box/scene.gltf", "painting.baseColor");
     passes("door", scenes + "/door/scene.gltf", "painting.baseColor");
     passes("bowl", scenes + "/bowl/scene.gltf", "table.baseColor");
     if (hasRoom)
         passes("room", made + "/scene.gltf", "painting.baseColor");
     std::printf("\nRebuilding the tree on the host, transfers included\n");
-    rebuild("door", scenes + "/door/scene.gltf", 256, 29, SdTreeConfig{}.cellRecords);
+    rebuild("door", scenes + "/door/scene.gltf", 256, 29, 0);
     rebuild("door", scenes + "/door/scene.gltf", 1024, 5, 1000);
 }
 

@@ -1,7 +1,8 @@
 // Prints ratios of our speed to a yardstick's, both measured in turn in the same run, so that the machine's load matters little.
 // Arguments name the parts to run: traversal, step, guiding, features. Without any, all run.
-#include "base/error.h"
 #include "bench.h"
+
+#include <cmpg/error.h>
 
 #include <algorithm>
 #include <cstdio>

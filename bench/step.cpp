@@ -1,73 +1,50 @@
 // The cost of an optimisation step and of its passes, and how much of it is spent outside kernels.
 #include "bench.h"
 
-#include "base/stopwatch.h"
 #include "median.h"
-#include "optimize/optimize.h"
-#include "optimize/renderer_model.h"
-#include "scene/scene_file.h"
+
+#include <cmpg/recovery.h>
 
 #include <cstdio>
 
 namespace cmpg::bench {
 
-namespace {
-
-double kernelSeconds(const Device& device) {
-    double sum = 0;
-    for (const auto& [name, time] : device.kernelTimes())
-        sum += time.seconds;
-    return sum;
-}
-
-} // namespace
-
 void step(const std::string& scenes) {
     constexpr int kSize = 256, kRepeats = 7;
+    constexpr std::uint32_t kSpp = 8;
     std::printf("\nPasses and steps at %d x %d, medians of %d interleaved runs\n", kSize, kSize, kRepeats);
     std::printf("%-10s %14s %16s %12s %22s\n", "scene", "image s/spp", "gradient s/spp", "ratio", "step outside kernels");
     for (const auto& [name, parameter] : {std::pair{"box", "painting.baseColor"}, {"door", "painting.baseColor"}, {"bowl", "table.baseColor"}}) {
-        Device device{Device::Options{}};
-        Scene scene = loadScene(scenes + "/" + name + "/scene.gltf");
-        RenderConfig config;
-        config.differentiable = {scene.parameter(parameter)};
-        config.maxDepth = scene.maxDepth;
-        Renderer renderer(device, scene, config);
-        renderer.prepare({Renderer::Mode::Render, Renderer::Mode::Reverse});
-        const View view{&scene.cameras.front(), kSize, kSize};
+        const v1::Device device;
+        const v1::Scene scene = v1::Scene::load(scenes + "/" + name + "/scene.gltf");
+        v1::PathOptions unguided{.sampling = Sampling::Bsdf, .pixelSampling = PixelSampling::Uniform, .roulette = false};
+        v1::Renderer renderer(device, scene, {.paths = unguided, .parameters = {parameter}});
+        v1::PassOptions pass{.width = kSize, .height = kSize, .spp = kSpp};
+        renderer.prepare({v1::PassKind::Render, v1::PassKind::Backward}, pass);
         const Image adjoint(kSize, kSize, 3, 1e-5f);
 
         // Equal samples: the image against the whole derivative pass, uniform pixels.
         std::vector<double> primal, derivative;
-        for (std::uint32_t i = 0; i < kRepeats; ++i) {
-            const Stopwatch image;
-            renderer.render(view, 8, {i, 0, 0});
-            primal.push_back(image.seconds() / 8);
-            std::vector<std::vector<double>> gradients;
-            const Stopwatch gradient;
-            renderer.reverse(view, 8, {i, 0, 1}, adjoint, {}, {}, gradients);
-            derivative.push_back(gradient.seconds() / 8);
+        for (pass.seed = 0; pass.seed < kRepeats; ++pass.seed) {
+            v1::PassReport image, gradient;
+            renderer.render(pass, &image);
+            primal.push_back(image.seconds / kSpp);
+            renderer.backward(adjoint, pass, &gradient);
+            derivative.push_back(gradient.seconds / kSpp);
         }
 
         // A whole step, 16 + 4 samples per pixel: what is not inside a kernel's time stamps.
-        OptimizeConfig optimize;
-        optimize.steps = kRepeats;
-        Target target;
-        target.image = Image(kSize, kSize, 3, 0.5f);
-        optimize.targets.push_back(target);
-        GuidedPasses passes(renderer, {.sampling = Sampling::Bsdf, .roulette = false});
-        RendererModel model(renderer, passes, {view});
-        Optimization optimization(model, scene, optimize, config.differentiable);
+        unguided.pixelSampling = PixelSampling::Adjoint;
+        v1::RecoveryOptions options{.paths = unguided, .parameters = {parameter}, .steps = kRepeats, .sppDifference = 2, .optimizer = OptimizerKind::Adam, .prior = 0};
+        v1::Recovery recovery(device, scene, {{.image = Image(kSize, kSize, 3, 0.5f)}}, options);
         std::vector<double> outside;
         for (int i = 0; i < kRepeats; ++i) {
-            device.resetKernelTimes();
-            const Stopwatch watch;
-            optimization.step();
-            const double wall = watch.seconds();
-            outside.push_back((wall - kernelSeconds(device)) / wall);
+            const double before = device.kernelSeconds(), wall = recovery.step().seconds;
+            outside.push_back((wall - (device.kernelSeconds() - before)) / wall);
         }
         std::printf("%-10s %14.4f %16.4f %12.2f %20.1f %%\n", name, median(primal), median(derivative), median(derivative) / median(primal),
                     100 * median(outside));
+        std::fflush(stdout);
     }
 }
 

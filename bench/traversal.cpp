@@ -1,4 +1,5 @@
 // Camera rays and two diffuse bounces through generated scenes: our kernels against Embree's rtcIntersect1, both on two threads.
+// Single rays and the hierarchy are nothing that include/cmpg shows, so this part alone builds on folders behind it, by the tests' support.
 #include "bench.h"
 
 #include "base/stopwatch.h"

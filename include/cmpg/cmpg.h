@@ -5,6 +5,7 @@
 #include <cmpg/communicator.h>
 #include <cmpg/device.h>
 #include <cmpg/error.h>
+#include <cmpg/film.h>
 #include <cmpg/filter.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>

@@ -6,6 +6,7 @@
 #include <cmpg/namespace.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,10 @@ class Device {
     // Bytes of device memory that is allocated now, and the most that ever were.
     std::uint64_t memoryInUse() const;
     std::uint64_t memoryPeak() const;
+    // Seconds since the device was opened: that kernels ran, by its own clock (0 where it has none); and that its driver took to compile them, by kernel, those
+    // of helper threads included.
+    double kernelSeconds() const;
+    std::map<std::string, double> compileSeconds() const;
 
     struct State;
     const std::shared_ptr<State>& state() const { return state_; }

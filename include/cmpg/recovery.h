@@ -3,7 +3,9 @@
 
 #include <cmpg/device.h>
 #include <cmpg/image.h>
+#include <cmpg/film.h>
 #include <cmpg/options.h>
+#include <cmpg/renderer.h>
 #include <cmpg/report.h>
 #include <cmpg/scene.h>
 
@@ -21,6 +23,7 @@ struct Target {
     // Where `image` has no values: gives all of the target, the same every time. Called at the start, and whenever a step sees it: so memory need not hold
     // the targets of many views.
     std::function<Target()> read = {};
+    std::optional<CameraInfo> from = {}; // as PassOptions::from
 
     static constexpr std::size_t kMostBytes = std::size_t(256) << 20; // of values that the command line and Python hold, before they stream the rest
 
@@ -90,12 +93,27 @@ struct RecoveryStep {
     std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 
+// What another recovery can go on from: the steps done, and what the optimiser knows of each parameter. A handle; null: nothing.
+struct RecoveryProgress {
+    struct State;
+    std::shared_ptr<const State> state;
+};
+
 // A handle: copies are the same recovery.
 class Recovery {
   public:
     // Takes a copy of the scene: its values are where the recovery begins, and stay as they are. Error(Input) where a target does not fit,
     // Error(Usage) on options that make no sense.
     Recovery(const Device& device, const Scene& scene, const std::vector<Target>& targets, const RecoveryOptions& options);
+
+    // Of a renderer with RendererOptions::recoveries, for programs that look on. Its parameters are recovered, from the current values of its scene on. Each step
+    // takes over what others have set there, and puts its own values there. Steps draw as the renderer's options say and learn its guide; the renderer's
+    // passes between them draw from that. RecoveryOptions::paths and parameters are not read. `from`: goes on after these steps; parameters that were not
+    // among them begin here. A renderer has one recovery at a time: another ends it, and so do Renderer::setSampling, Renderer::forget and new values of
+    // parameters that the renderer was not made for. Error(Usage) on a renderer that was not made for recoveries.
+    Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from = {});
+    bool ended() const; // its renderer was put to another use: steps, images and checkpoints throw Error(Usage), all else can be asked for
+    RecoveryProgress progress() const;
 
     // Error(Numerical) where no entry of the gradient is finite, Error(Device) where the device is lost. Whatever ends it, the state is
     // that after a whole step.
@@ -116,6 +134,12 @@ class Recovery {
     Image target(std::size_t target = 0) const; // what steps compare with: the image that was given
     // Of a target's camera, with the same random numbers whatever the step: at the current values, or at those where the recovery began.
     Image image(std::size_t target = 0, std::uint32_t spp = 64, bool initial = false);
+    // Adds `spp` samples per pixel of that image, at the current values, to a film of the target's size.
+    void image(Film& film, std::size_t target = 0, std::uint32_t spp = 64, PassReport* report = nullptr);
+
+    // For the steps to come: samples per pixel of images and derivative passes, and a factor on all rates, from 0 to 1e6, beside the schedule.
+    void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
+    void setRateFactor(double factor);
 
     // Puts the current values into a scene: that it was made of, or a copy of it.
     void apply(Scene& scene) const;
@@ -132,8 +156,8 @@ class Recovery {
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;
 
-    // As Renderer::onSubmission. A step that it ends has changed nothing and can be done again.
-    void onSubmission(std::function<void()> call);
+    // As Renderer::onSubmission, and that of its renderer where it has one. A step that it ends has changed nothing and can be done again.
+    void onSubmission(std::function<void()> call, double seconds = 0.2);
     // Called with each image that a step compares with a target, from the thread of the step.
     void onImage(std::function<void(std::size_t target, const Image& image)> call);
 

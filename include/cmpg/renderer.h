@@ -3,27 +3,37 @@
 
 #include <cmpg/check.h>
 #include <cmpg/device.h>
+#include <cmpg/film.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>
 #include <cmpg/report.h>
 #include <cmpg/scene.h>
 
+#include <array>
 #include <functional>
 #include <initializer_list>
+#include <optional>
 
 namespace cmpg::v1 {
 
 struct RendererOptions {
     PathOptions paths = {};
     std::vector<std::string> parameters = {}; // names or globs: what derivatives may be asked for, in this order
+    // For programs that render, learn, differentiate and recover in turn: there is room for all of it from the start, so that a guide outlives what comes
+    // next, and recoveries can be made of the renderer. It takes more memory than a renderer that is made for what passes ask for.
+    bool recoveries = false;
 };
 
 // What one pass makes.
 struct PassOptions {
     std::string camera = {};   // empty: the first
+    // The camera of this name, else the first, moved: with this pose, kind, angle and height in place of the file's. `camera` is not read then. Error(Usage)
+    // where they are not finite or out of range.
+    std::optional<CameraInfo> from = {};
     int width = 0, height = 0; // in pixels, at most 32768; 0: by the camera's aspect ratio from the other one; both 0: 512 wide
     std::uint32_t spp = 0;     // samples per pixel; 0: 64, or up to 65536 under an error target or a time budget
     std::uint64_t seed = 0;    // equal seeds, equal random numbers; images and derivatives of one seed have independent ones
+    std::uint32_t frame = 0;   // passes of one seed and different frames have independent random numbers
     // Learning passes before this one, of `trainSpp` samples per pixel (0: as many as the pass has; of several batches 8). They
     // learn a guide anew, or continue that of GuideOptions::load, and this pass and those after it draw from it.
     std::uint32_t train = 0, trainSpp = 0;
@@ -53,6 +63,26 @@ struct Direction {
     std::vector<float> values = {}; // entries() of them
 };
 
+// What the guide knows at a point. Its three parts: P, light; D+ and D-, the positive and the negative terms of its derivatives.
+struct GuidePoint {
+    std::uint32_t cell = 0, cells = 0;  // the number of the point's cell, and how many there are
+    double records = 0;                 // that the cell has learned from; those of old passes count less
+    double weight = 0;                  // the same, faded since the cell learned last
+    std::array<double, 3> means = {};   // of the parts, per record
+    // Of the parts in the mixture for a path that arrives straight from the camera. By conditional sampling such a path has collected no derivative yet, so it
+    // asks for what carries derivatives.
+    std::array<double, 3> weights = {};
+    double lightShare = 0; // of P in that mixture; D has the rest
+    double guideShare = 0; // of directions that are drawn from the mixture, where the material is rough enough: 0 where it is empty
+
+    // The density of a mixture of the parts over that of uniform directions, on the equal-area square of all directions: azimuth across, z up, row 0 is z = 1.
+    // edge x edge x 1, mean over each pixel; all 0 where the mixture is empty. `edge`: a power of two, from 2 to 4096.
+    Image density(const std::array<double, 3>& mixture, int edge) const;
+
+    struct State;
+    std::shared_ptr<const State> state; // of the cell, as it was
+};
+
 // A handle: copies are the same renderer. Passes of one renderer follow one another. They throw Error(Usage) on options out of range and unknown
 // names, Error(Device) where memory is short or the device is lost, and Error(Numerical) where more than one path in a hundred was left out
 // because it was not finite.
@@ -67,6 +97,22 @@ class Renderer {
 
     // The derivative of the image along directions of parameters, summed: sum_i dI/dp_i . v_i, height x width x 3.
     Image forward(std::span<const Direction> directions, const PassOptions& pass = {}, PassReport* report = nullptr);
+
+    // The same for films, which have the pass's size: adds `spp` samples per pixel, those that follow the film's in the sequence of the pass's random numbers. They
+    // are drawn by what was found best so far, and nothing is learned from them. A pass that ends early leaves the film as it was. For passes of one film, all
+    // else is equal: values, camera, seed, frame and directions. Never positivised, frozen or in batches, and with no learning passes; `onImage` and
+    // `layers` are not read. Seconds of the report are without compilation.
+    void render(Film& film, const PassOptions& pass = {}, PassReport* report = nullptr);
+    void forward(Film& film, std::span<const Direction> directions, const PassOptions& pass = {}, PassReport* report = nullptr);
+
+    // `pass.train` learning passes alone, of `pass.trainSpp` (0: spp) samples per pixel, for images, or for derivatives along directions. They go on from all that
+    // these two have learned so far, with random numbers of their own. What ends one of them leaves the guide to what whole ones have learned, with
+    // RendererOptions::recoveries; else the guide forgets.
+    void train(const PassOptions& pass);
+    void train(std::span<const Direction> directions, const PassOptions& pass);
+    void forget(); // all that the guide has learned
+    // Directions are drawn otherwise from here on, by the guide as it is. Needs RendererOptions::recoveries.
+    void setSampling(Sampling sampling);
 
     // adjoint^T . dI/dp of every parameter of the options, in their order: entries() each. `adjoint`: height x width x 3, the derivative of a
     // scalar by every pixel; the pass has its size, and PassOptions::width and height are 0 or agree.
@@ -84,10 +130,24 @@ class Renderer {
 
     std::vector<ParameterInfo> parameters() const; // of the options, globs expanded
 
-    // Called from the thread of a pass, about five times a second. What it throws ends the pass, and nothing of it remains.
-    void onSubmission(std::function<void()> call);
+    // What all passes since the renderer was made cost and left out, recoveries' included, and how passes of a kind are drawn now. Of its seconds, those of
+    // learning. Without samples, errors and layers.
+    PassReport report(PassKind kind = PassKind::Render) const;
+    // What the guide knows at a point of the scene, for passes of a kind; none where it has learned nothing yet. Where passes draw without a guide the mixture is
+    // that of conditional sampling. May be asked for in the midst of a pass, from its thread.
+    std::optional<GuidePoint> guideAt(const std::array<float, 3>& position, PassKind kind) const;
+    // The number of the guide's cell at the first surface of every pixel, height x width x 1; -1 where there is none. `depth`: Layers::depth of the pass. None where
+    // the guide has learned nothing yet.
+    std::optional<Image> guideCells(const Image& depth, const PassOptions& pass) const;
+
+    // Called from the thread of a pass, before every submission; one takes about `seconds`, from 0.001 to 10: 0.02 for what somebody waits for. Results do not
+    // depend on it. What it throws ends the pass, and nothing of it remains.
+    void onSubmission(std::function<void()> call, double seconds = 0.2);
+    // Called where a pass has to compile kernels, before and after.
+    void onCompile(std::function<void(bool begins)> call);
 
     struct State;
+    const std::shared_ptr<State>& state() const { return state_; }
 
   private:
     std::shared_ptr<State> state_;

@@ -63,6 +63,7 @@ struct PassReport {
     std::uint64_t refusedSplits = 0;                   // of the guide's cells, for want of memory
 
     bool guided = false; // there is a guide
+    std::uint32_t guideCells = 0, guideUpdates = 0; // its cells, and the passes or steps that it has learned from; 0: it knows nothing yet
     Sampling sampling = Sampling::Bsdf;
     bool roulette = false;
     std::vector<MethodFigures> figures = {};

@@ -5,6 +5,7 @@
 #include <cmpg/filter.h>
 #include <cmpg/namespace.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cmpg::v1 {
@@ -20,6 +22,24 @@ namespace cmpg::v1 {
 struct CameraInfo {
     std::string name = {};
     std::optional<float> aspect = {}; // width / height, where the file says
+    // From the camera to the world, column by column: the directions to its right, above it and behind it, then its place. It looks against the third.
+    std::array<float, 16> toWorld = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    bool orthographic = false;
+    float yfov = 0.8f; // perspective: angle of the picture's height in radians, above 0 and below pi
+    float ymag = 1;    // orthographic: half the picture's height in the scene's units, above 0
+};
+
+// The box around all triangles, in the coordinates of cameras and points.
+struct SceneBox {
+    std::array<float, 3> lower = {}, upper = {};
+    std::array<double, 3> center = {}; // was subtracted from the file's own coordinates, where the scene is far from their origin
+};
+
+// What a ray of a camera hits first.
+struct SurfacePoint {
+    std::array<float, 3> position = {}, normal = {}; // the triangle's normal, towards the camera
+    float distance = 0;                              // along the ray
+    std::string material = {};
 };
 
 // A slot of a material, or the radiance of the environment. Its values are a texture of height x width x channels, row-major, row 0 on top,
@@ -29,6 +49,8 @@ struct ParameterInfo {
     std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "weight" or "radiance"
     int height = 1, width = 1, channels = 3;
     float lowest = 0, highest = 1; // range of the values; `highest` may be infinite
+
+    bool textured = false; // the file has an image for it; else a constant
 
     std::size_t entries() const { return std::size_t(height) * std::size_t(width) * std::size_t(channels); }
 };
@@ -46,6 +68,7 @@ class Scene {
   public:
     // Reads glTF (.gltf, .glb) or Mitsuba XML (.xml). Error(Input) on what is missing, malformed or too large.
     static Scene load(const std::filesystem::path& file, const SceneOptions& options = {});
+    static std::vector<std::string> extensions(); // of such files, with the dot, lower case
     Scene copy() const; // with values of its own
 
     std::string source() const;                // the file it came from
@@ -53,6 +76,14 @@ class Scene {
     std::uint32_t maxDepth() const;            // segments of a path that the file asks for, else 8
 
     std::vector<CameraInfo> cameras() const; // never empty
+    // Width and height of an image in pixels, as passes have them: 0 follows from the other by the camera's aspect ratio, both 0: 512 wide. Error(Usage) on an
+    // unknown camera.
+    std::pair<int, int> imageSize(const std::string& camera = {}, int width = 0, int height = 0) const;
+    SceneBox box() const;
+    // The surface at a place of a picture of width x height pixels; (0,0) is the top left corner of the top left pixel. None where there is no surface.
+    // Of the camera's name: see PassOptions::from. Tries every triangle, on the host: some milliseconds for a million.
+    std::optional<SurfacePoint> pick(const CameraInfo& camera, int width, int height, float x, float y) const;
+
     std::vector<ParameterInfo> parameters() const;
     ParameterInfo parameter(const std::string& name) const; // Error(Usage), with the nearest names, where there is none
     // Names of the parameters that a glob selects (* any characters, ? one), in order. Error(Usage) where there is none.
@@ -63,8 +94,10 @@ class Scene {
     void set(const std::string& name, std::span<const float> values);
 
     // Writes the scene in the format of its file, as `folder`/scene.gltf or scene.xml, with the values that set() or a recovery changed (textures as 8-bit PNG), and
-    // the exact ones as `folder`/parameters/<name>.exr. Error(Output) where that fails.
-    void exportTo(const std::filesystem::path& folder) const;
+    // the exact ones as `folder`/parameters/<name>.exr. Returns the scene's file. Error(Output) where that fails.
+    std::filesystem::path exportTo(const std::filesystem::path& folder) const;
+    // With the values of these parameters alone. Error(Usage) on unknown ones.
+    std::filesystem::path exportTo(const std::filesystem::path& folder, std::span<const std::string> parameters) const;
 
     struct State;
     const std::shared_ptr<State>& state() const { return state_; }

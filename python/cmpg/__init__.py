@@ -25,12 +25,12 @@ from ._cmpg import DeviceInfo, PassReport, RecoveryStep
 from ._errors import DeviceError, Error, InputError, NumericalError, OutputError, UsageError
 from ._recovery import Recovery
 from ._renderer import Renderer
-from ._scene import Device, Parameter, Scene, devices
+from ._scene import Device, Parameter, Scene, SurfacePoint, devices
 
 __all__ = [
     "Device", "DeviceInfo", "DeviceError", "Error", "Image", "InputError", "NumericalError", "OutputError", "Parameter", "PassReport",
-    "Recovery", "RecoveryStep", "Renderer", "Scene", "UsageError", "devices", "load_image",
+    "Recovery", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image",
 ]
 
-for _public in (Device, Image, Parameter, Recovery, Renderer, Scene, devices, load_image):
+for _public in (Device, Image, Parameter, Recovery, Renderer, Scene, SurfacePoint, devices, load_image):
     _public.__module__ = "cmpg"  # where users find them

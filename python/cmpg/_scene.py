@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -112,6 +112,17 @@ class Parameter:
         return f"<cmpg.Parameter {self.name} {self.shape} in [{self.lowest:g}, {self.highest:g}]>"
 
 
+class SurfacePoint(NamedTuple):
+    """What a camera sees first at a place of an image."""
+
+    position: tuple[float, float, float]
+    #: the triangle's normal, towards the camera
+    normal: tuple[float, float, float]
+    #: along the ray
+    distance: float
+    material: str
+
+
 class Scene:
     """A scene, glTF or Mitsuba XML. It owns the values of its parameters: renderers follow them, a recovery begins at them and keeps its own.
 
@@ -175,6 +186,15 @@ class Scene:
     def cameras(self) -> dict[str, float | None]:
         """Aspect ratio (width / height, None where the file has none) by name."""
         return dict(self._handle.cameras())
+
+    def pick(self, x: float, y: float, *, camera: str = "", width: int = 0, height: int = 0) -> SurfacePoint | None:
+        """The surface at a place of an image of that size; (0, 0) is the top left corner of the top left pixel. None where there is none.
+
+        Raises:
+            UsageError: there is no such camera.
+        """
+        found = self._handle.pick(x, y, camera, width, height)
+        return None if found is None else SurfacePoint(*found)
 
     @property
     def parameters(self) -> dict[str, Parameter]:

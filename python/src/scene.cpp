@@ -60,6 +60,18 @@ void bindScene(nb::module_& m) {
                 cameras.emplace_back(camera.name, camera.aspect);
             return cameras;
         })
+        .def("pick", [](const cmpg::Scene& self, float x, float y, const std::string& camera, int width, int height) -> nb::object {
+            const std::optional<cmpg::SurfacePoint> point = released([&] {
+                const auto [w, h] = self.imageSize(camera, width, height); // throws where there is no such camera
+                const std::vector<cmpg::CameraInfo> cameras = self.cameras();
+                const auto named = std::find_if(cameras.begin(), cameras.end(), [&](const cmpg::CameraInfo& c) { return c.name == camera; });
+                return self.pick(named == cameras.end() ? cameras.front() : *named, w, h, x, y);
+            });
+            if (!point)
+                return nb::none();
+            const auto tuple = [](const std::array<float, 3>& v) { return nb::make_tuple(v[0], v[1], v[2]); };
+            return nb::make_tuple(tuple(point->position), tuple(point->normal), point->distance, point->material);
+        }, "x"_a, "y"_a, "camera"_a, "width"_a, "height"_a)
         .def("parameters", [](const cmpg::Scene& self) { return released([&] { return self.parameters(); }); })
         .def("parameter", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return self.parameter(name); }); }, "name"_a)
         .def("select", &cmpg::Scene::select, "glob"_a)
@@ -70,5 +82,5 @@ void bindScene(nb::module_& m) {
         .def("set", [](cmpg::Scene& self, const std::string& name, const Floats& values) {
             released([&] { self.set(name, std::span(values.data(), values.size())); });
         }, "name"_a, "values"_a)
-        .def("export", &cmpg::Scene::exportTo, "folder"_a, nb::call_guard<nb::gil_scoped_release>());
+        .def("export", [](const cmpg::Scene& scene, const std::filesystem::path& folder) { scene.exportTo(folder); }, "folder"_a, nb::call_guard<nb::gil_scoped_release>());
 }

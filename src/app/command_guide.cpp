@@ -1,5 +1,6 @@
 // guide: what a saved guide holds, whether it holds together, and what one of its cells looks like.
 #include "app/commands.h"
+#include "guiding/field/density_map.h"
 #include "guiding/guide_file.h"
 #include "imaging/guide_maps.h"
 #include "lab/guide_statistics.h"
@@ -126,7 +127,13 @@ ExitStatus runGuide(const Options& options, Report& report) {
     }
     if (!options.output.empty()) {
         const fs::path file = fs::path(options.output) / ("cell" + std::to_string(chosen) + ".png");
-        writePng(file, drawCell(guide.tree.cells()[chosen], chosen, weights.light, weights.derivative));
+        const GuideCell& cell = guide.tree.cells()[chosen];
+        const GuideMass& mean = cells[chosen].mean;
+        writePng(file, drawCell({.number = chosen,
+                                 .weight = cell.weight(),
+                                 .means = {mean.primal, mean.plus, mean.minus},
+                                 .weights = {weights.light, weights.derivative},
+                                 .density = [&](const std::array<double, 3>& mixture, int edge) { return densityMap(cell, mixture, edge); }}));
         report.outputs.emplace_back("cell", file.string());
     }
     if (!options.validateGuide)

@@ -56,49 +56,24 @@ void drawMap(Drawing& drawing, int x, int y, const std::string& caption, const I
 
 } // namespace
 
-Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, int edge) {
-    const auto score = [&](const GuideMass& m) { return weights[0] * m.primal + weights[1] * m.plus + weights[2] * m.minus; };
-    const double all = score(cell.total());
-    Image map(edge, edge, 1);
-    if (!(all > 0))
-        return map;
-    // A quadrant as wide as a pixel has the pixel's mass, its own children included; a wider leaf has its density throughout.
-    const auto fill = [&](const auto& self, std::uint32_t node, int x, int y, int width) -> void {
-        const int half = width / 2;
-        for (std::uint32_t q = 0; q < 4; ++q) {
-            const int left = x + int(q % 2) * half, low = y + int(q / 2) * half;
-            if (half > 1 && cell.nodes[node].child[q]) {
-                self(self, cell.nodes[node].child[q], left, low, half);
-                continue;
-            }
-            const double area = double(half) * half / (double(edge) * edge);
-            const auto density = float(score(cell.nodes[node].mass[q]) / all / area);
-            for (int j = low; j < low + half; ++j)
-                std::fill_n(map.at(left, edge - 1 - j), half, density); // row 0 is the top: z = 1
-        }
-    };
-    fill(fill, 0, 0, 0, edge);
-    return map;
-}
-
-Image drawCell(const GuideCell& cell, std::uint32_t cellNumber, double wL, double wD) {
+Image drawCell(const DrawnCell& cell) {
     constexpr int kStride = kAxis + kEdge + kMapMargin;
     Drawing drawing(Drawing::Target::Picture, kMapMargin + 4 * kStride, kMapTitle + kMapCaption + kEdge + kAxis + kLegend + kMapMargin);
     drawing.label(kMapMargin, kMapMargin / 2,
-                "cell " + std::to_string(cellNumber) + ", " + threeDigits(cell.weight()) + " records: density over that of uniform directions",
+                "cell " + std::to_string(cell.number) + ", " + threeDigits(cell.weight) + " records: density over that of uniform directions",
                 "#000000", 20);
-    const GuideMass mean = cell.records > 0 ? cell.total() * (1 / cell.records) : GuideMass{};
+    const auto [wL, wD] = cell.weights;
     struct Panel {
         std::string caption;
         std::array<double, 3> weights;
     };
-    const Panel panels[] = {{"P, mean " + threeDigits(mean.primal), {1, 0, 0}},
-                            {"D+, mean " + threeDigits(mean.plus), {0, 1, 0}},
-                            {"D-, mean " + threeDigits(mean.minus), {0, 0, 1}},
+    const Panel panels[] = {{"P, mean " + threeDigits(cell.means[0]), {1, 0, 0}},
+                            {"D+, mean " + threeDigits(cell.means[1]), {0, 1, 0}},
+                            {"D-, mean " + threeDigits(cell.means[2]), {0, 0, 1}},
                             {threeDigits(wL) + " P + " + threeDigits(wD) + " D", {wL, wD, wD}}};
     int x = kMapMargin + kAxis;
     for (const Panel& panel : panels) {
-        drawMap(drawing, x, kMapTitle, panel.caption, densityMap(cell, panel.weights, kEdge));
+        drawMap(drawing, x, kMapTitle, panel.caption, cell.density(panel.weights, kEdge));
         x += kStride;
     }
     return drawing.picture();

@@ -1,19 +1,24 @@
 // Pictures of what one cell of a guide would draw from.
 #pragma once
 
-#include "guiding/field/sd_tree.h"
 #include "imaging/color.h"
 
 #include <array>
+#include <functional>
 
 namespace cmpg {
 
-// The equal-area square of all directions: azimuth across, z up. One channel: density relative to that of uniform directions, which is
-// 1 everywhere; mean over each pixel, for `edge` a power of two. Score of a quadrant: weights[0] P + weights[1] D+ + weights[2] D-.
-// All 0 if nothing has a score.
-Image densityMap(const GuideCell& cell, const std::array<double, 3>& weights, int edge);
+// What a picture says of a cell of a guide.
+struct DrawnCell {
+    std::uint32_t number = 0;
+    double weight = 0;               // of its records
+    std::array<double, 3> means{};   // of P, D+ and D-, per record
+    std::array<double, 2> weights{}; // wL and wD, of the mixture wL P + wD (D+ + D-)
+    // Density of a mixture of P, D+ and D- over that of uniform directions, edge x edge: azimuth across, z up.
+    std::function<Image(const std::array<double, 3>& mixture, int edge)> density;
+};
 
-// P, D+, D- and the mixture wL P + wD (D+ + D-) side by side, logarithmic false colours, each with its scale.
-Image drawCell(const GuideCell& cell, std::uint32_t number, double wL, double wD);
+// P, D+, D- and the mixture side by side, logarithmic false colours, each with its scale.
+Image drawCell(const DrawnCell& cell);
 
 } // namespace cmpg

@@ -1,20 +1,20 @@
 // Values of a parameter as an image in its own shape.
 #pragma once
 
-#include "scene/image.h"
-#include "scene/scene.h"
+#include <cmpg/image.h>
 
 #include <span>
 
 namespace cmpg {
 
-template <class T> Image imageOfValues(const Parameter& parameter, std::span<const T> values) {
-    Image image(int(parameter.width), int(parameter.height), int(parameter.channels));
+// `shape`: a parameter, of the scene or as the library describes it.
+template <class Shape, class T> Image imageOfValues(const Shape& shape, std::span<const T> values) {
+    Image image(int(shape.width), int(shape.height), int(shape.channels));
     for (std::size_t i = 0; i < image.values.size(); ++i)
         image.values[i] = float(values[i]);
     return image;
 }
-inline Image parameterImage(const Parameter& parameter, std::span<const float> values) { return imageOfValues(parameter, values); }
-inline Image parameterImage(const Parameter& parameter, std::span<const double> values) { return imageOfValues(parameter, values); }
+template <class Shape> Image parameterImage(const Shape& shape, std::span<const float> values) { return imageOfValues(shape, values); }
+template <class Shape> Image parameterImage(const Shape& shape, std::span<const double> values) { return imageOfValues(shape, values); }
 
 } // namespace cmpg

@@ -48,4 +48,17 @@ std::uint64_t Device::memoryPeak() const {
     return state_->device.memory().peak;
 }
 
+double Device::kernelSeconds() const {
+    const std::lock_guard lock(state_->mutex);
+    double sum = 0;
+    for (const auto& [name, time] : state_->device.kernelTimes())
+        sum += time.seconds;
+    return sum;
+}
+
+std::map<std::string, double> Device::compileSeconds() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->device.compileTimes();
+}
+
 } // namespace cmpg::v1

@@ -43,10 +43,4 @@ GuidedOptions guidedOptions(const PathOptions& options) {
             .immediate = options.guide.keep};
 }
 
-Interaction interactionOf(const std::function<void()>& call) {
-    if (!call)
-        return {};
-    return {.submissionSeconds = kSubmissionSeconds, .beforeSubmission = call, .compiling = {}};
-}
-
 } // namespace cmpg::v1

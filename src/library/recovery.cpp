@@ -5,7 +5,7 @@
 #include "base/stopwatch.h"
 #include "library/ranks.h"
 #include "library/recovery_identity.h"
-#include "library/states.h"
+#include "library/renderer_state.h"
 #include "optimize/batched_model.h"
 #include "optimize/content_identity.h"
 #include "optimize/gradient_watch.h"
@@ -17,7 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <list>
 
 namespace cmpg::v1 {
 namespace {
@@ -106,35 +106,70 @@ Target Target::stream(const std::filesystem::path& file, const std::string& came
     return target;
 }
 
+struct RecoveryProgress::State {
+    std::uint32_t steps = 0;
+    std::vector<std::pair<std::string, Moments>> moments; // by parameter
+};
+
 struct Recovery::State {
-    std::shared_ptr<Device::State> device;
-    std::vector<std::uint32_t> parameters;
-    std::vector<std::uint64_t> revisions; // of the scene it was made of
-    cmpg::Scene scene;
+    std::shared_ptr<Renderer::State> base;
+    const bool shared; // the renderer is somebody's, who has other passes made between the steps
     std::uint32_t steps;
+    bool learns;
+    std::uint32_t freeze; // step from which on the guide stays as it is
     Checkpoint::Identity identity;
     GradientWatch watch;
-    std::function<void()> call;
     std::function<void(std::size_t, const Image&)> showImage;
+    std::list<cmpg::Camera> moved; // cameras of targets
+    std::vector<View> views;
     std::optional<RecoveryRun> run;
+    std::uint64_t generation = 0; // of the renderer that the run is made of
     bool prepared = false;
     std::vector<std::vector<float>> initial; // values of the parameters
     const BatchedModel* batched = nullptr; // where gradients have an error target
 
-    State(std::shared_ptr<Device::State> d, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
-        : device(std::move(d)), scene(copyOf(source, options.parameters, parameters, revisions)), steps(options.steps) {
+    // A recovery with a renderer of its own.
+    State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
+        : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, roomFor(options))),
+          shared(false), steps(options.steps), learns(base->room->learning) {
+        begin(targets, options, {});
+    }
+    State(std::shared_ptr<Renderer::State> renderer, const std::vector<Target>& targets, RecoveryOptions options, const RecoveryProgress& from)
+        : base(std::move(renderer)), shared(true), steps(options.steps) {
+        options.paths = base->options.paths;
+        options.parameters = base->options.parameters;
+        learns = roomFor(options).learning;
+        if (!base->room)
+            throw Error(ErrorKind::Usage, "this renderer has no room for recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
+        const std::lock_guard lock(base->device->mutex);
+        base->follow();
+        begin(targets, options, from);
+    }
+    ~State() {
+        const std::lock_guard lock(base->device->mutex);
+        run.reset();
+    }
+    State(const State&) = delete;
+
+    static Renderer::State::Room roomFor(const RecoveryOptions& options) {
+        const PathOptions& paths = options.paths;
+        const bool learns = paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep;
+        return {.guiding = learns, .learning = learns, .roulette = paths.roulette, .differences = options.sppDifference > 0};
+    }
+    void begin(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from) {
         RecoveryRun::Steps plan{.config = checkedConfig(options), .views = {}};
         if (targets.empty())
             throw Error(ErrorKind::Usage, "a recovery needs a target", {}, "give an image of the scene", {"target"});
-        if (parameters.empty())
+        if (parameters().empty())
             throw Error(ErrorKind::Usage, "there is nothing to recover", {}, "name a parameter", {"param"});
         for (const Target& target : targets) {
-            plan.config.targets.push_back(targetOf(target, plan.views.size()));
+            plan.config.targets.push_back(targetOf(target, views.size()));
             const Image& image = plan.config.targets.back().image;
-            plan.views.push_back({&scene.camera(target.camera), image.width, image.height});
+            if (target.from)
+                moved.push_back(movedCamera(scene(), *target.from));
+            views.push_back({target.from ? &moved.back() : &scene().camera(target.camera), image.width, image.height});
         }
-        RenderConfig config = renderConfig(options.paths, scene, parameters);
-        plan.learn = options.paths.sampling != Sampling::Bsdf || options.paths.roulette || options.paths.guide.keep;
+        plan.views = views;
         if (options.errorTarget > 0)
             plan.wrap = [&](ImageModel& inner) {
                 auto model = std::make_unique<BatchedModel>(
@@ -142,107 +177,159 @@ struct Recovery::State {
                 batched = model.get();
                 return model;
             };
-        plan.freeze = options.freeze > 0 ? options.freeze : ~0u;
-        config.guiding = config.learning = plan.learn;
-        config.roulette = options.paths.roulette;
-        config.differences = options.sppDifference > 0;
-        identity = identityOf(options, plan.config, config.maxDepth, names());
-        for (auto& entry : contentIdentity(scene, parameters, plan.views, plan.config.targets))
+        freeze = options.freeze > 0 ? options.freeze : ~0u;
+        if (!shared)
+            plan.freeze = freeze;
+        identity = identityOf(options, plan.config, renderConfig(options.paths, scene(), parameters()).maxDepth, names());
+        for (auto& entry : contentIdentity(scene(), parameters(), views, plan.config.targets))
             identity.push_back(std::move(entry));
         plan.config.onImage = [this](std::size_t view, const Image& image) {
             if (showImage)
                 showImage(view, image);
         };
-        for (const std::uint32_t p : parameters)
-            initial.push_back(scene.parameters[p].values);
-        config.ranks = &device->ranks();
-        const std::lock_guard lock(device->mutex);
+        initial = current();
+        if (from.state)
+            goOn(plan, *from.state);
+        const std::lock_guard lock(mutex());
         requireSameOnAll();
-        together(device->ranks(), [&] { start(config, std::move(plan), options); });
+        together(base->device->ranks(), [&] {
+            base->ensure(cmpg::Renderer::Mode::Reverse, false);
+            base->passes->setLearning(learns && !shared);
+            run.emplace(*base->renderer, *base->passes, scene(), parameters(), std::move(plan));
+        });
+        generation = ++base->generation;
     }
-    void start(const RenderConfig& config, RecoveryRun::Steps plan, const RecoveryOptions& options) {
-        run.emplace(device->device, scene, config, guidedOptions(options.paths));
-        if (plan.learn && !options.paths.guide.load.empty())
-            run->passes().load(readGuide(options.paths.guide.load, scene, &parameters));
-        run->begin(std::move(plan));
+    // Parameters that stay keep their moments; new ones begin here.
+    void goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) {
+        plan.start.step = before.steps;
+        for (const std::uint32_t p : parameters()) {
+            const cmpg::Parameter& parameter = scene().parameters[p];
+            const auto found = std::find_if(before.moments.begin(), before.moments.end(), [&](const auto& known) { return known.first == parameter.name; });
+            if (found != before.moments.end()) {
+                plan.start.moments.push_back(found->second);
+                continue;
+            }
+            plan.start.moments.push_back(initialMoments(plan.config.optimizer, parameter));
+            plan.start.moments.back().start = before.steps;
+        }
     }
-    ~State() {
-        const std::lock_guard lock(device->mutex);
-        run.reset();
-    }
-    State(const State&) = delete;
+
+    cmpg::Scene& scene() const { return base->scene; }
+    const std::vector<std::uint32_t>& parameters() const { return base->parameters; }
+    Communicator& ranks() const { return base->device->ranks(); }
+    std::recursive_mutex& mutex() const { return base->device->mutex; }
+    Optimization& optimization() { return run->optimization(); }
 
     std::size_t indexOf(const std::string& name) const {
-        const auto found = std::find(parameters.begin(), parameters.end(), scene.parameter(name));
-        if (found == parameters.end())
+        const auto found = std::find(parameters().begin(), parameters().end(), scene().parameter(name));
+        if (found == parameters().end())
             throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
-        return std::size_t(found - parameters.begin());
+        return std::size_t(found - parameters().begin());
     }
     void requireTarget(std::size_t target) {
-        if (target >= run->model().views())
-            throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(run->model().views() - 1));
+        if (target >= views.size())
+            throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(views.size() - 1));
+    }
+    bool ended() const { return generation != base->generation; }
+    // Takes over what others have changed.
+    void requireGoing() {
+        base->follow();
+        if (ended())
+            throw Error(ErrorKind::Usage, "the recovery has ended: its renderer was put to another use",
+                        "another recovery was made of it, it draws otherwise now, or a value changed that it was not made for", "go on from progress()");
     }
     std::string names() const {
         std::string all;
-        for (const std::uint32_t p : parameters)
-            all += (all.empty() ? "" : ", ") + scene.parameters[p].name;
+        for (const std::uint32_t p : parameters())
+            all += (all.empty() ? "" : ", ") + scene().parameters[p].name;
         return all;
     }
     void requireSameOnAll() const {
         std::string all;
         for (const auto& [name, value] : identity)
             all += name + '\n' + value + '\n';
-        if (const int other = firstOther(device->ranks(), all))
+        if (const int other = firstOther(ranks(), all))
             throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " recovers something else than rank 0",
                         "it was given another scene, other values, targets or options", "give all ranks the same");
     }
-    void prepare() {
-        run->renderer().setInteraction(interactionOf(call));
-        if (!std::exchange(prepared, true))
+    // `ahead`: kernels are made while others run already, which nothing can interrupt.
+    void prepare(bool ahead) {
+        base->renderer->setInteraction(base->interaction());
+        if (ahead && !std::exchange(prepared, true))
             run->prepareStep();
     }
+    // Between steps nothing is learned from what others have a renderer make.
+    template <class Work> void learning(Work&& work) {
+        if (!shared)
+            return work();
+        const bool learnsNow = learns && optimization().state().step < freeze;
+        base->passes->setLearning(learnsNow);
+        try {
+            work();
+        } catch (...) {
+            base->passes->setLearning(false);
+            throw;
+        }
+        base->passes->setLearning(false);
+        base->fresh &= !learnsNow;
+    }
     void setParameters(const std::vector<std::vector<float>>& values) {
-        for (std::size_t i = 0; i < parameters.size(); ++i)
-            scene.parameters[parameters[i]].values = values[i]; // also where the device is lost
-        for (std::size_t i = 0; i < parameters.size(); ++i)
-            run->model().setParameter(parameters[i], values[i]);
+        for (std::size_t i = 0; i < parameters().size(); ++i)
+            scene().parameters[parameters()[i]].values = values[i]; // also where the device is lost
+        for (std::size_t i = 0; i < parameters().size(); ++i)
+            run->model().setParameter(parameters()[i], values[i]);
     }
     std::vector<std::vector<float>> current() const {
         std::vector<std::vector<float>> values;
-        for (const std::uint32_t p : parameters)
-            values.push_back(scene.parameters[p].values);
+        for (const std::uint32_t p : parameters())
+            values.push_back(scene().parameters[p].values);
         return values;
     }
-    void abandonStep() {
-        try {
-            if (run->renderer().hasGuide())
-                run->passes().abandonStep();
-        } catch (const Error&) { // a device that is lost keeps nothing of the step either
-        }
-    }
-    std::string madeWith() const { return device->info.name + ", " + device->info.driver; }
+    std::string madeWith() const { return base->device->info.name + ", " + base->device->info.driver; }
 };
 
 Recovery::Recovery(const Device& device, const Scene& scene, const std::vector<Target>& targets, const RecoveryOptions& options)
     : state_(std::make_shared<State>(device.state(), *scene.state(), targets, options)) {}
 
+Recovery::Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from)
+    : state_(std::make_shared<State>(renderer.state(), targets, options, from)) {}
+
+bool Recovery::ended() const {
+    const std::lock_guard lock(state_->mutex());
+    return state_->ended();
+}
+
+RecoveryProgress Recovery::progress() const {
+    const std::lock_guard lock(state_->mutex());
+    const OptimizeState& now = state_->optimization().state();
+    auto progress = std::make_shared<RecoveryProgress::State>();
+    progress->steps = now.step;
+    for (std::size_t i = 0; i < now.moments.size(); ++i)
+        progress->moments.emplace_back(state_->scene().parameters[state_->parameters()[i]].name, now.moments[i]);
+    return {std::move(progress)};
+}
+
 RecoveryStep Recovery::step() {
     State& s = *state_;
-    const std::lock_guard lock(s.device->mutex);
+    const std::lock_guard lock(s.mutex());
+    s.requireGoing();
     const Stopwatch watch;
     StepReport report;
-    const Optimization& optimization = s.run->optimization();
+    const Optimization& optimization = s.optimization();
     const double work = optimization.nextWork();
     try {
-        together(s.device->ranks(), [&] {
-            s.prepare();
-            report = s.run->optimization().step();
+        together(s.ranks(), [&] {
+            s.learning([&] {
+                s.prepare(!s.shared); // who looks on may want to end the step
+                report = s.optimization().step();
+            });
         });
     } catch (...) {
-        s.abandonStep();
+        s.base->abandon();
         throw;
     }
-    if (firstOther(s.device->ranks(), std::string_view(reinterpret_cast<const char*>(&report.loss), sizeof report.loss)))
+    s.base->giveBack();
+    if (firstOther(s.ranks(), std::string_view(reinterpret_cast<const char*>(&report.loss), sizeof report.loss)))
         throw Error(ErrorKind::Numerical, "ranks have computed different losses", "a processor or a driver computes differently on one of the machines",
                     "start the ranks on machines of one kind");
     RecoveryStep step = stepOf(recordOf(report), report.step);
@@ -255,12 +342,14 @@ RecoveryStep Recovery::step() {
 }
 
 void Recovery::prepare() {
-    const std::lock_guard lock(state_->device->mutex);
-    together(state_->device->ranks(), [&] { state_->prepare(); });
+    State& s = *state_;
+    const std::lock_guard lock(s.mutex());
+    s.requireGoing();
+    together(s.ranks(), [&] { s.learning([&] { s.prepare(true); }); });
 }
 
 std::vector<RecoveryStep> Recovery::history() const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     std::vector<RecoveryStep> steps;
     for (const StepRecord& record : state_->run->optimization().state().history)
         steps.push_back(stepOf(record, std::uint32_t(steps.size())));
@@ -268,7 +357,7 @@ std::vector<RecoveryStep> Recovery::history() const {
 }
 
 std::uint32_t Recovery::steps() const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     return state_->run->optimization().state().step;
 }
 
@@ -276,46 +365,35 @@ bool Recovery::done() const { return steps() >= state_->steps; }
 
 std::vector<ParameterInfo> Recovery::parameters() const {
     std::vector<ParameterInfo> infos;
-    for (const std::uint32_t p : state_->parameters)
-        infos.push_back(describe(state_->scene.parameters[p]));
+    for (const std::uint32_t p : state_->parameters())
+        infos.push_back(describe(state_->scene().parameters[p]));
     return infos;
 }
 
 std::vector<float> Recovery::values(const std::string& parameter) const {
-    const std::lock_guard lock(state_->device->mutex);
-    return state_->scene.parameters[state_->parameters[state_->indexOf(parameter)]].values;
+    const std::lock_guard lock(state_->mutex());
+    return state_->scene().parameters[state_->parameters()[state_->indexOf(parameter)]].values;
 }
 
 std::vector<double> Recovery::gradient(const std::string& parameter) const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     const std::size_t index = state_->indexOf(parameter);
     const auto& gradients = state_->run->optimization().gradients();
-    return gradients.empty() ? std::vector<double>(state_->scene.parameters[state_->parameters[index]].entries()) : gradients[index];
+    return gradients.empty() ? std::vector<double>(state_->scene().parameters[state_->parameters()[index]].entries()) : gradients[index];
 }
 
 PassReport Recovery::report() const {
-    const std::lock_guard lock(state_->device->mutex);
-    RecoveryRun& run = *state_->run;
-    const RenderStatistics& statistics = run.renderer().statistics();
-    const SamplingDecision decision = run.passes().decision();
-    PassReport report;
-    std::tie(report.width, report.height) = run.model().size(0);
-    report.spp = run.optimization().config().spp;
-    report.learningSeconds = run.passes().trainSeconds();
-    report.paths = statistics.paths;
-    report.rays = statistics.rays;
-    report.dropped = statistics.dropped;
-    report.refusedSplits = statistics.refusedSplits;
-    report.guided = run.renderer().hasGuide();
-    report.sampling = decision.method.kind;
-    report.roulette = decision.method.roulette;
-    report.figures = figuresOf(decision);
-    report.depths = statistics.guided;
+    State& s = *state_;
+    const std::lock_guard lock(s.mutex());
+    PassReport report = s.base->totals(cmpg::Renderer::Mode::Reverse);
+    report.width = s.views.front().width;
+    report.height = s.views.front().height;
+    report.spp = s.optimization().config().spp;
     return report;
 }
 
 Image Recovery::target(std::size_t target) const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     state_->requireTarget(target);
     return LoadedTarget(state_->run->optimization().config().targets[target])->image;
 }
@@ -323,10 +401,11 @@ Image Recovery::target(std::size_t target) const {
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
     require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
-    const std::lock_guard lock(s.device->mutex);
+    const std::lock_guard lock(s.mutex());
     s.requireTarget(target);
-    s.run->renderer().setInteraction(interactionOf(s.call));
-    const auto render = [&] { return together(s.device->ranks(), [&] { return s.run->optimization().render(target, spp); }); };
+    s.requireGoing();
+    s.base->renderer->setInteraction(s.base->interaction());
+    const auto render = [&] { return together(s.ranks(), [&] { return s.optimization().render(target, spp); }); };
     if (!initial)
         return render();
     const std::vector<std::vector<float>> now = s.current();
@@ -341,6 +420,31 @@ Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
     }
 }
 
+void Recovery::image(Film& film, std::size_t target, std::uint32_t spp, PassReport* report) {
+    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
+    State& s = *state_;
+    const std::lock_guard lock(s.mutex());
+    s.requireTarget(target);
+    s.requireGoing();
+    const View& view = s.views[target];
+    const PassKey key = pictureKey(s.optimization().config().seed, target);
+    s.base->expose(cmpg::Renderer::Mode::Render, film, view, {.spp = spp, .strict = false}, {}, report,
+                   [&](std::uint32_t samples, cmpg::Film& sums) { s.base->passes->render(view, samples, key, sums); });
+}
+
+void Recovery::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {
+    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
+    require(sppGradient >= 1 && sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216");
+    const std::lock_guard lock(state_->mutex());
+    state_->optimization().setSamples(spp, sppGradient);
+}
+
+void Recovery::setRateFactor(double factor) {
+    require(factor >= 0 && factor <= 1e6, "rate", "a factor from 0 to 1e6");
+    const std::lock_guard lock(state_->mutex());
+    state_->optimization().setRateFactor(factor);
+}
+
 void Recovery::apply(Scene& scene) const {
     std::vector<std::pair<std::string, std::vector<float>>> values;
     for (const ParameterInfo& info : parameters())
@@ -350,9 +454,10 @@ void Recovery::apply(Scene& scene) const {
 }
 
 std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::string& note) const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     RecoveryRun& run = *state_->run;
-    if (!state_->device->ranks().isRoot())
+    state_->requireGoing();
+    if (!state_->ranks().isRoot())
         return 0;
     const std::vector<FileSection> sections = checkpointSections(run.optimization(), run.model(), state_->identity, note, state_->madeWith());
     writeCheckpointFile(folder, sections);
@@ -370,8 +475,10 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
     if (!found)
         return false;
     requireSame(found->identity, state_->identity, folder);
-    const std::lock_guard lock(state_->device->mutex);
-    cmpg::resume(*found, state_->run->optimization(), state_->run->model());
+    const std::lock_guard lock(state_->mutex());
+    state_->requireGoing();
+    cmpg::resume(*found, state_->optimization(), state_->run->model());
+    state_->base->giveBack();
     if (!warnings)
         return true;
     for (const std::string& reason : refused)
@@ -382,27 +489,29 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
 }
 
 GradientErrors Recovery::errors() const {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     return state_->batched ? state_->batched->tally() : GradientErrors{};
 }
 
 void Recovery::saveGuide(const std::filesystem::path& file) const {
-    const std::lock_guard lock(state_->device->mutex);
-    const RecoveryRun& run = *state_->run;
-    if (!run.renderer().hasGuide())
+    const std::lock_guard lock(state_->mutex());
+    const Renderer::State& base = *state_->base;
+    if (!base.renderer || !base.renderer->hasGuide())
         throw Error(ErrorKind::Usage, "there is no guide to save: directions are drawn from the materials alone", {}, "have one kept, or choose another sampling",
                     {"save-guide", "sampling"});
-    if (state_->device->ranks().isRoot())
-        writeGuide(file, state_->scene, state_->parameters, run.renderer(), run.passes());
+    if (state_->ranks().isRoot())
+        writeGuide(file, base.scene, base.parameters, *base.renderer, *base.passes);
 }
 
-void Recovery::onSubmission(std::function<void()> call) {
-    const std::lock_guard lock(state_->device->mutex);
-    state_->call = std::move(call);
+void Recovery::onSubmission(std::function<void()> call, double seconds) {
+    require(seconds >= 0.001 && seconds <= 10, "seconds of a submission", "from 0.001 to 10");
+    const std::lock_guard lock(state_->mutex());
+    state_->base->call = std::move(call);
+    state_->base->callSeconds = seconds;
 }
 
 void Recovery::onImage(std::function<void(std::size_t, const Image&)> call) {
-    const std::lock_guard lock(state_->device->mutex);
+    const std::lock_guard lock(state_->mutex());
     state_->showImage = std::move(call);
 }
 

@@ -2,6 +2,7 @@
 #include <cmpg/renderer.h>
 
 #include "base/error.h"
+#include "library/guide_point.h"
 #include "library/renderer_state.h"
 #include "optimize/gradient_check.h"
 #include "render/saved_guide.h"
@@ -17,7 +18,7 @@ using Gradients = std::vector<std::vector<double>>;
 
 // Adds `spp` samples to a film by pass(samples), in growing parts of at most about half a second, and shows it after each. The film is what
 // one pass would have made.
-template <class Pass> void grow(Film& film, std::uint32_t spp, const std::function<void(const Image&)>& show, Pass&& pass) {
+template <class Pass> void grow(cmpg::Film& film, std::uint32_t spp, const std::function<void(const Image&)>& show, Pass&& pass) {
     constexpr double kLong = 0.5;
     std::uint32_t part = 1;
     while (film.samples < spp) {
@@ -35,7 +36,7 @@ template <class Pass> void grow(Film& film, std::uint32_t spp, const std::functi
 template <class All, class More>
 Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Layers& layers, bool grows, All&& all, More&& more) {
     if (pass.onImage && grows) {
-        Film film(view.width, view.height, pass.layers);
+        cmpg::Film film(view.width, view.height, pass.layers);
         grow(film, spp, pass.onImage, [&](std::uint32_t samples) { more(samples, film); });
         if (pass.layers)
             layers = film.layers();
@@ -47,12 +48,58 @@ Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Laye
     return image;
 }
 
+Mode modeOf(PassKind kind) { return kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse; }
+
 void requireNoLayers(const PassOptions& pass, const std::string& what) {
     if (pass.layers)
         throw Error(ErrorKind::Usage, what, {}, "leave layers away", {"layers"});
 }
 
+// A pass of a film: of its size, and without what only whole images have.
+PassOptions passOf(const Film& film, const PassOptions& pass) {
+    if ((pass.width > 0 && pass.width != film.width()) || (pass.height > 0 && pass.height != film.height()))
+        throw Error(ErrorKind::Usage,
+                    "the film is " + std::to_string(film.width()) + "x" + std::to_string(film.height()) + ", not of the pass's size", {}, "leave the size away",
+                    {"width", "height"});
+    require(film.width() > 0, "width", "that of a film with pixels");
+    if (pass.train > 0 || pass.frozen || batchesOf(pass) > 0)
+        throw Error(ErrorKind::Usage, "a film takes no learning passes, batches or frozen passes", {}, "leave them away: Renderer::train() learns",
+                    {"train", "batches", "error-target", "time-budget"});
+    PassOptions own = pass;
+    own.width = film.width();
+    own.height = film.height();
+    own.layers = false;
+    own.onImage = {};
+    return own;
+}
+
+// Learning passes alone.
+PassOptions learningOf(const PassOptions& pass) {
+    PassOptions own = pass;
+    own.batches = 0;
+    own.errorTarget = own.timeBudget = 0;
+    own.layers = false;
+    return own;
+}
+
 } // namespace
+
+// What directions say, by index. Error(Usage) where there are none.
+struct Renderer::State::Along {
+    std::vector<std::uint32_t> parameters;
+    std::vector<std::vector<float>> values;
+    std::vector<const std::vector<float>*> input;
+
+    Along(const State& state, std::span<const Direction> directions) {
+        for (const Direction& direction : directions) {
+            parameters.push_back(state.indexOf(direction));
+            values.push_back(direction.values);
+            input.push_back(&direction.values);
+        }
+        if (parameters.empty())
+            throw Error(ErrorKind::Usage, "a derivative needs a direction", {}, "name a parameter and give its direction", {"param"});
+    }
+};
 
 Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptions& options)
     : state_(std::make_shared<State>(device.state(), scene.state(), options)) {}
@@ -60,8 +107,9 @@ Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptio
 Image Renderer::render(const PassOptions& pass, PassReport* report) {
     requireValid(pass);
     State& s = *state_;
-    const View view = s.viewOf(pass);
-    const PassKey key{.seed = pass.seed};
+    const PassView seen(s.scene, pass);
+    const View& view = seen.view();
+    const PassKey key{.seed = pass.seed, .step = pass.frame};
     return s.pass(
         Mode::Render, view, pass, {}, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
         [&](std::uint32_t spp) {
@@ -73,7 +121,7 @@ Image Renderer::render(const PassOptions& pass, PassReport* report) {
                 return s.renderer->render(view, spp, key, {}, nullptr, pass.layers ? &s.told.layers : nullptr);
             return imageOf(
                 pass, view, spp, s.told.layers, s.device->ranks().size() == 1, [&](Layers* layers) { return s.passes->render(view, spp, key, layers); },
-                [&](std::uint32_t samples, Film& film) { s.passes->render(view, samples, key, film); });
+                [&](std::uint32_t samples, cmpg::Film& film) { s.passes->render(view, samples, key, film); });
         });
 }
 
@@ -83,20 +131,14 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
     const bool positivize = s.options.paths.positivize;
     if (positivize)
         requireNoLayers(pass, "the halves of positivised derivatives have mixtures of their own");
-    const View view = s.viewOf(pass);
-    const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
-    std::vector<std::uint32_t> parameters;
-    std::vector<std::vector<float>> values;
-    std::vector<const std::vector<float>*> input;
-    for (const Direction& direction : directions) {
-        parameters.push_back(s.indexOf(direction));
-        values.push_back(direction.values);
-        input.push_back(&direction.values);
-    }
-    if (parameters.empty())
-        throw Error(ErrorKind::Usage, "a derivative needs a direction", {}, "name a parameter and give its direction", {"param"});
+    const PassView seen(s.scene, pass);
+    const View& view = seen.view();
+    const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
+    const State::Along along(s, directions);
+    const std::vector<std::uint32_t>& parameters = along.parameters;
+    const std::vector<std::vector<float>>& values = along.values;
     return s.pass(
-        Mode::Forward, view, pass, input, report,
+        Mode::Forward, view, pass, along.input, report,
         [&](std::uint32_t spp) { s.passes->trainForward(view, spp, pass.train, pass.seed, parameters, values); },
         [&](std::uint32_t spp) {
             if (batchesOf(pass) > 0)
@@ -110,8 +152,66 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
             return imageOf(
                 pass, view, spp, s.told.layers, !positivize && s.device->ranks().size() == 1, // halves grow no film
                 [&](Layers* layers) { return s.passes->forward(view, spp, key, parameters, values, layers); },
-                [&](std::uint32_t samples, Film& film) { s.passes->forward(view, samples, key, parameters, values, film); });
+                [&](std::uint32_t samples, cmpg::Film& film) { s.passes->forward(view, samples, key, parameters, values, film); });
         });
+}
+
+void Renderer::render(Film& film, const PassOptions& pass, PassReport* report) {
+    const PassOptions own = passOf(film, pass);
+    requireValid(own);
+    State& s = *state_;
+    const PassView seen(s.scene, own);
+    s.expose(Mode::Render, film, seen.view(), own, {}, report, [&](std::uint32_t spp, cmpg::Film& sums) {
+        s.passes->render(seen.view(), spp, {.seed = own.seed, .step = own.frame}, sums);
+    });
+}
+
+void Renderer::forward(Film& film, std::span<const Direction> directions, const PassOptions& pass, PassReport* report) {
+    const PassOptions own = passOf(film, pass);
+    requireValid(own);
+    State& s = *state_;
+    const PassView seen(s.scene, own);
+    const State::Along along(s, directions);
+    s.expose(Mode::Forward, film, seen.view(), own, along.input, report, [&](std::uint32_t spp, cmpg::Film& sums) {
+        s.passes->forward(seen.view(), spp, {.seed = own.seed, .step = own.frame, .pass = 1}, along.parameters, along.values, sums);
+    });
+}
+
+void Renderer::train(const PassOptions& pass) {
+    const PassOptions own = learningOf(pass);
+    requireValid(own);
+    State& s = *state_;
+    const PassView seen(s.scene, own);
+    s.train(Mode::Render, seen.view(), own, {},
+            [&](std::uint32_t spp, std::uint32_t number) { s.passes->trainRender(seen.view(), spp, 1, own.seed, number); });
+}
+
+void Renderer::train(std::span<const Direction> directions, const PassOptions& pass) {
+    const PassOptions own = learningOf(pass);
+    requireValid(own);
+    State& s = *state_;
+    const PassView seen(s.scene, own);
+    const State::Along along(s, directions);
+    s.train(Mode::Forward, seen.view(), own, along.input, [&](std::uint32_t spp, std::uint32_t number) {
+        s.passes->trainForward(seen.view(), spp, 1, own.seed, along.parameters, along.values, number);
+    });
+}
+
+void Renderer::forget() {
+    const std::lock_guard lock(state_->device->mutex);
+    if (state_->room)
+        state_->drawAnew(false);
+    else
+        state_->drop();
+}
+
+void Renderer::setSampling(Sampling sampling) {
+    State& s = *state_;
+    const std::lock_guard lock(s.device->mutex);
+    if (!s.room)
+        throw Error(ErrorKind::Usage, "this renderer draws as it was made to", "it has no room for other ways", "make it with RendererOptions::recoveries");
+    s.options.paths.sampling = sampling;
+    s.drawAnew(true);
 }
 
 Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, PassReport* report) {
@@ -130,8 +230,9 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, Pass
     sized.width = adjoint.width;
     sized.height = adjoint.height;
     sized.onImage = {};
-    const View view = s.viewOf(sized);
-    const PassKey frozen{.seed = pass.seed}, key{.seed = pass.seed, .pass = 1};
+    const PassView seen(s.scene, sized);
+    const View& view = seen.view();
+    const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
     const bool continues = !s.options.paths.positivize && s.options.paths.pixelSampling == PixelSampling::Uniform;
     return s.pass(
         Mode::Reverse, view, sized, {&adjoint.values}, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
@@ -166,7 +267,8 @@ CheckResult Renderer::check(const Direction& direction, const PassOptions& pass,
     const std::uint32_t index = s.indexOf(direction), parameters[] = {index};
     if (how.width == 0 && how.height == 0)
         how.width = 128; // many renders, compared by blocks
-    const View view = s.viewOf(how);
+    const PassView seen(s.scene, how);
+    const View& view = seen.view();
     return s.pass(Mode::Forward, view, how, {&direction.values}, report, [](std::uint32_t) {},
                   [&](std::uint32_t spp) {
                       const std::vector<std::vector<float>> directions{direction.values};
@@ -210,9 +312,9 @@ void Renderer::prepare(std::initializer_list<PassKind> kinds, const PassOptions&
     s.follow();
     s.ensure(has(PassKind::Backward) ? Mode::Reverse : has(PassKind::Forward) ? Mode::Forward : Mode::Render, pass.train > 0);
     for (const PassKind kind : kinds)
-        s.renderer->expect({kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse});
+        s.renderer->expect({modeOf(kind)});
     for (const PassKind kind : kinds)
-        s.renderer->prepare({kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse}, pass.layers);
+        s.renderer->prepare({modeOf(kind)}, pass.layers);
 }
 
 void Renderer::saveGuide(const std::filesystem::path& file) const {
@@ -231,9 +333,48 @@ std::vector<ParameterInfo> Renderer::parameters() const {
     return infos;
 }
 
-void Renderer::onSubmission(std::function<void()> call) {
+PassReport Renderer::report(PassKind kind) const {
+    const std::lock_guard lock(state_->device->mutex);
+    return state_->totals(modeOf(kind));
+}
+
+std::optional<GuidePoint> Renderer::guideAt(const std::array<float, 3>& position, PassKind kind) const {
+    const State& s = *state_;
+    const std::lock_guard lock(s.device->mutex);
+    const SdTree* const guide = s.guide();
+    if (!guide)
+        return {};
+    // Images have no derivatives: whatever guides them guides by light.
+    const Sampling sampling = kind == PassKind::Render ? Sampling::Primal : s.passes->decision().method.kind;
+    return guidePoint(*guide, {position[0], position[1], position[2]}, sampling, s.options.paths.guide.share);
+}
+
+std::optional<Image> Renderer::guideCells(const Image& depth, const PassOptions& pass) const {
+    if (depth.channels != 1 || depth.width < 1 || depth.height < 1 || depth.values.size() != depth.pixels())
+        throw Error(ErrorKind::Usage, "the depth is no image of one channel", {}, "give the depth of a pass's layers");
+    PassOptions sized = pass;
+    sized.width = depth.width;
+    sized.height = depth.height;
+    requireValid(sized);
+    const State& s = *state_;
+    const std::lock_guard lock(s.device->mutex);
+    const SdTree* const guide = s.guide();
+    if (!guide)
+        return {};
+    const PassView seen(s.scene, sized);
+    return cellNumbers(*guide, CameraRays(*seen.view().camera, depth.width, depth.height), depth);
+}
+
+void Renderer::onSubmission(std::function<void()> call, double seconds) {
+    require(seconds >= 0.001 && seconds <= 10, "seconds of a submission", "from 0.001 to 10");
     const std::lock_guard lock(state_->device->mutex);
     state_->call = std::move(call);
+    state_->callSeconds = seconds;
+}
+
+void Renderer::onCompile(std::function<void(bool)> call) {
+    const std::lock_guard lock(state_->device->mutex);
+    state_->compiling = std::move(call);
 }
 
 } // namespace cmpg::v1

@@ -23,7 +23,6 @@ std::uint32_t samplesOf(const PassOptions& pass) { return pass.spp > 0 ? pass.sp
 std::uint32_t batchesOf(const PassOptions& pass) { return pass.batches > 0 ? pass.batches : hasBudget(pass) ? kFewestBatches : 0; }
 
 void requireValid(const PassOptions& pass) {
-    constexpr int kMostEdge = 1 << 15;
     require(pass.spp <= kMostSamples, "spp", "from 1 to 16777216, or 0");
     require(pass.trainSpp <= kMostSamples, "train-spp", "at most 16777216");
     require(pass.train <= 100000, "train", "at most 100000 passes");
@@ -48,6 +47,14 @@ void requireValid(const PassOptions& pass) {
 Renderer::State::State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o)
     : device(std::move(d)), source(std::move(s)), options(o), scene(copyOf(*source, o.parameters, parameters, revisions)) {
     renderConfig(options.paths, scene, parameters); // throws
+    const PathOptions& paths = options.paths;
+    if (options.recoveries)
+        room = Room{true, paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep, paths.roulette, !parameters.empty()};
+}
+
+Renderer::State::State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Room& r)
+    : device(std::move(d)), room(r), options(o), scene(copyOf(s, o.parameters, parameters, revisions)) {
+    renderConfig(options.paths, scene, parameters); // throws
 }
 
 Renderer::State::~State() {
@@ -59,31 +66,85 @@ void Renderer::State::drop() {
     passes.reset();
     renderer.reset();
     guided = roulette = false;
+    trained = 0;
+    ++generation;
+}
+
+GuidedOptions Renderer::State::drawing(bool roulettePays) const {
+    GuidedOptions drawn = guidedOptions(options.paths);
+    drawn.roulette = roulettePays;
+    return drawn;
+}
+
+void Renderer::State::make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide) {
+    drop();
+    RenderConfig config = renderConfig(options.paths, scene, parameters);
+    config.ranks = &device->ranks();
+    config.guiding = needs.guiding;
+    config.learning = needs.learning;
+    config.roulette = needs.roulette;
+    config.differences = needs.differences;
+    renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
+    passes = std::make_unique<GuidedPasses>(*renderer, drawing(roulettePays));
+    if (needs.guiding && !options.paths.guide.load.empty())
+        passes->load(readGuide(options.paths.guide.load, scene, ofGuide));
+    guided = needs.guiding;
+    roulette = roulettePays;
+    fresh = true;
 }
 
 void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
     const PathOptions& paths = options.paths;
+    if (room) {
+        if (!renderer)
+            make(*room, paths.roulette, parameters.empty() ? nullptr : &parameters);
+        else if (learn && anew && !fresh)
+            drawAnew(false);
+        return;
+    }
     const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
     const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
     if (renderer && !(learn && anew && !fresh) && (!wanted || (guided && (roulette || !wantsRoulette))))
         return;
-    drop();
-    RenderConfig config = renderConfig(paths, scene, parameters);
-    config.ranks = &device->ranks();
-    config.guiding = wanted;
-    config.roulette = wanted && wantsRoulette;
-    renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
-    GuidedOptions drawn = guidedOptions(paths);
-    drawn.roulette = wantsRoulette;
-    passes = std::make_unique<GuidedPasses>(*renderer, drawn);
-    if (wanted && !paths.guide.load.empty())
-        passes->load(readGuide(paths.guide.load, scene, mode == Mode::Render ? nullptr : &parameters)); // an image needs no derivatives
-    guided = wanted;
-    roulette = wantsRoulette;
+    make({.guiding = wanted, .roulette = wanted && wantsRoulette}, wantsRoulette, mode == Mode::Render ? nullptr : &parameters); // an image needs no derivatives
+}
+
+void Renderer::State::drawAnew(bool kept) {
+    ++generation;
+    if (!renderer)
+        return;
+    const bool learned = renderer->hasGuide() && !renderer->guide().empty();
+    std::optional<LoadedGuide> guide;
+    if (learned && kept) {
+        guide = LoadedGuide{renderer->guide(), passes->guideContext()};
+    } else if (learned) {
+        const SdTree& tree = renderer->guide();
+        renderer->setGuide(SdTree(tree.lower(), tree.upper(), tree.config()));
+    }
+    passes = std::make_unique<GuidedPasses>(*renderer, drawing(roulette));
+    if (guide)
+        passes->load(std::move(*guide));
+    if (kept)
+        return;
+    trained = 0;
     fresh = true;
 }
 
+void Renderer::State::abandon() {
+    try {
+        if (renderer && renderer->hasGuide())
+            passes->abandonStep();
+    } catch (const Error&) { // a device that is lost keeps nothing of the pass either
+    }
+}
+
+Interaction Renderer::State::interaction() const {
+    return {.submissionSeconds = call ? callSeconds : 0, .beforeSubmission = call, .compiling = compiling};
+}
+
 void Renderer::State::follow() {
+    if (!source)
+        return;
     const std::lock_guard lock(source->mutex);
     for (std::uint32_t p = 0; p < revisions.size(); ++p) {
         if (revisions[p] == source->revisions[p])
@@ -101,11 +162,23 @@ void Renderer::State::follow() {
     }
 }
 
-View Renderer::State::viewOf(const PassOptions& pass) const {
-    View view;
-    view.camera = &scene.camera(pass.camera);
-    std::tie(view.width, view.height) = imageSize(*view.camera, given(pass.width), given(pass.height), 512);
-    return view;
+void Renderer::State::giveBack() {
+    if (!source)
+        return;
+    const std::lock_guard lock(source->mutex);
+    for (const std::uint32_t p : parameters) {
+        source->scene.parameters[p] = scene.parameters[p];
+        revisions[p] = ++source->revisions[p];
+        if (!digests_.empty())
+            digests_[1 + p] = digestOf(scene.parameters[p]);
+    }
+}
+
+PassView::PassView(const cmpg::Scene& scene, const PassOptions& pass) {
+    if (pass.from)
+        moved_ = movedCamera(scene, *pass.from);
+    view_.camera = moved_ ? &*moved_ : &scene.camera(pass.camera);
+    std::tie(view_.width, view_.height) = imageSize(*view_.camera, given(pass.width), given(pass.height), 512);
 }
 
 std::uint32_t Renderer::State::indexOf(const Direction& direction) const {
@@ -147,7 +220,7 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
 void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
     clock_ = {};
     ensure(mode, how.train > 0, how.anew);
-    renderer->setInteraction(interactionOf(call));
+    renderer->setInteraction(interaction());
     told = {};
     told.width = view.width;
     told.height = view.height;
@@ -180,11 +253,14 @@ void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOp
                                 double(paths.lightSampling), double(paths.sampler), double(paths.guideMemory), double(guide.keep), double(guide.share),
                                 double(guide.rouletteEffort), double(guide.cellRecords), guide.directionShare, guide.forgetting})
         all << ' ' << number;
-    for (const double number : {double(mode), double(view.camera - scene.cameras.data()), double(view.width), double(view.height), double(how.spp),
+    for (const double number : {double(mode), double(how.frame), double(view.width), double(view.height), double(how.spp),
                                 double(how.train), double(how.trainSpp), double(how.anew), double(how.frozen), how.errorTarget, double(how.batches),
                                 double(how.layers)})
         all << ' ' << number;
-    all << ' ' << how.seed;
+    const CameraInfo camera = describe(*view.camera);
+    for (const float number : camera.toWorld)
+        all << ' ' << number;
+    all << ' ' << camera.name << ' ' << camera.orthographic << ' ' << camera.yfov << ' ' << camera.ymag << ' ' << how.seed;
     for (const std::vector<float>* values : input)
         all << ' ' << digestOf(*values);
     if (const int other = firstOther(device->ranks(), all.str()))
@@ -192,9 +268,32 @@ void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOp
                     "it was given another scene, other values, another adjoint or other options", "give all ranks the same");
 }
 
+PassReport Renderer::State::totals(Mode mode) const {
+    PassReport all;
+    if (!renderer)
+        return all;
+    const RenderStatistics& statistics = renderer->statistics();
+    all.learningSeconds = passes->trainSeconds();
+    all.paths = statistics.paths;
+    all.rays = statistics.rays;
+    all.dropped = statistics.dropped;
+    all.refusedSplits = statistics.refusedSplits;
+    all.guided = renderer->hasGuide();
+    if (const SdTree* const known = guide()) {
+        all.guideCells = std::uint32_t(known->cells().size());
+        all.guideUpdates = known->updates();
+    }
+    const SamplingDecision decision = mode == Mode::Render ? passes->imageDecision() : passes->decision();
+    all.sampling = decision.method.kind;
+    all.roulette = decision.method.roulette;
+    all.figures = figuresOf(decision);
+    all.depths = statistics.guided;
+    return all;
+}
+
 void Renderer::State::tell(Mode mode, const RenderStatistics& before, double learnedBefore) {
-    const RenderStatistics& now = renderer->statistics();
-    told.learningSeconds = passes->trainSeconds() - learnedBefore;
+    PassReport now = totals(mode);
+    told.learningSeconds = now.learningSeconds - learnedBefore;
     told.paths = now.paths - before.paths;
     told.rays = now.rays - before.rays;
     for (const auto& [kind, count] : now.dropped) {
@@ -202,17 +301,18 @@ void Renderer::State::tell(Mode mode, const RenderStatistics& before, double lea
         told.dropped[kind] = count - (was == before.dropped.end() ? 0 : was->second);
     }
     told.refusedSplits = now.refusedSplits;
-    told.depths = now.guided;
-    for (std::size_t d = 0; d < std::min(now.guided.size(), before.guided.size()); ++d) {
+    told.depths = std::move(now.depths);
+    for (std::size_t d = 0; d < std::min(told.depths.size(), before.guided.size()); ++d) {
         const GuidedDepth& was = before.guided[d];
         GuidedDepth& depth = told.depths[d];
         depth = {depth.drawn - was.drawn, depth.guided - was.guided, depth.dead - was.dead, depth.lightShare - was.lightShare};
     }
     told.guided = guided;
-    const SamplingDecision decision = mode == Mode::Render ? passes->imageDecision() : passes->decision();
-    told.sampling = decision.method.kind;
-    told.roulette = decision.method.roulette;
-    told.figures = figuresOf(decision);
+    told.guideCells = now.guideCells;
+    told.guideUpdates = now.guideUpdates;
+    told.sampling = now.sampling;
+    told.roulette = now.roulette;
+    told.figures = std::move(now.figures);
 }
 
 void Renderer::State::requireFew() const {

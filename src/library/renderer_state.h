@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/stopwatch.h"
+#include "library/film_state.h"
 #include "library/ranks.h"
 #include "library/states.h"
 #include "optimize/batch_parts.h"
@@ -9,35 +10,62 @@
 
 #include <cmpg/renderer.h>
 
+#include <optional>
+
 namespace cmpg::v1 {
 
 struct Renderer::State {
     using Mode = cmpg::Renderer::Mode;
 
+    // What there is room for in a renderer that is made once for all kinds of passes.
+    struct Room {
+        bool guiding = false, learning = false, roulette = false, differences = false;
+    };
+
+    struct Along; // directions of a derivative
+
     std::shared_ptr<Device::State> device;
-    std::shared_ptr<Scene::State> source;
+    std::shared_ptr<Scene::State> source; // null: nobody else's values are followed
+    std::optional<Room> room;
     RendererOptions options;
     std::vector<std::uint32_t> parameters;
     std::vector<std::uint64_t> revisions; // of the source's parameters, as they are in `scene`
     cmpg::Scene scene;
     std::function<void()> call;
+    double callSeconds = 0.2; // between two calls: soon enough for Ctrl-C
+    std::function<void(bool)> compiling;
     std::unique_ptr<cmpg::Renderer> renderer; // null: to be made
     std::unique_ptr<GuidedPasses> passes;
     bool guided = false;   // the renderer has a guide
     bool roulette = false; // and what roulette takes
     bool fresh = true;     // the guide is what it was when the renderer was made
+    std::uint32_t trained = 0;    // learning passes that train() made for it
+    std::uint64_t generation = 0; // rises when what a recovery stands on goes
 
     State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o);
+    // Of a recovery, over a copy of the scene of its own.
+    State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Room& r);
     ~State();
     State(const State&) = delete;
 
     void drop();
     // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
     void ensure(Mode mode, bool learn, bool anew = true);
-    void follow(); // takes over what has changed in the source
-    View viewOf(const PassOptions& pass) const;
+    void drawAnew(bool kept); // by the options as they are; with the guide as it is, or with one that has learned nothing
+    void abandon();           // what a pass recorded and measured before it was ended
+    void follow();            // takes over what has changed in the source
+    void giveBack();          // the parameters' values to the source
+    Interaction interaction() const;
+    PassReport totals(Mode mode) const; // of all passes
+    const SdTree* guide() const { return renderer && renderer->hasGuide() && !renderer->guide().empty() ? &renderer->guide() : nullptr; } // null: knows nothing
     // Error(Usage) on what the renderer was not made for.
     std::uint32_t indexOf(const Direction& direction) const;
+
+    // One that nothing is learned from: adds to a film.
+    template <class Run>
+    void expose(Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report, Run&& run);
+    // Learning passes alone; `learn` makes the one with this number, of so many samples per pixel.
+    template <class Learn> void train(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn);
 
     // Learning passes, then `run`; both get the samples per pixel of a pass. `input`: what it takes beside its options.
     template <class Train, class Run>
@@ -52,6 +80,8 @@ struct Renderer::State {
     PassReport told; // of the pass that runs
 
   private:
+    void make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide);
+    GuidedOptions drawing(bool roulettePays) const;
     void begin(Mode mode, const View& view, const PassOptions& how);
     // Of several ranks: Error(Usage) if they have not been asked for the same.
     void requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
@@ -60,6 +90,18 @@ struct Renderer::State {
 
     std::vector<std::string> digests_; // of several ranks: of geometry, materials and lights, then of each parameter of `scene`
     Stopwatch clock_; // since the pass began
+};
+
+// What a pass sees, with the camera where that was moved.
+class PassView {
+  public:
+    PassView(const cmpg::Scene& scene, const PassOptions& pass);
+    PassView(const PassView&) = delete;
+    const View& view() const { return view_; }
+
+  private:
+    std::optional<cmpg::Camera> moved_;
+    View view_;
 };
 
 std::uint32_t samplesOf(const PassOptions& pass);  // per pixel, at most
@@ -97,7 +139,56 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
     try {
         return together(device->ranks(), work);
     } catch (...) {
-        if (guided) // it may be half of what was asked for
+        if (room && how.train > 0)
+            abandon();
+        else if (!room && guided) // it may be half of what was asked for
+            drop();
+        throw;
+    }
+}
+
+template <class Run>
+void Renderer::State::expose(Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
+                             PassReport* report, Run&& run) {
+    const std::lock_guard lock(device->mutex);
+    follow();
+    requireSameOnAll(mode, view, how, input);
+    const auto work = [&] {
+        begin(mode, view, how);
+        const RenderStatistics before = renderer->statistics();
+        const double learnedBefore = passes->trainSeconds(), compiledBefore = device->device.compileSeconds();
+        const Stopwatch watch;
+        run(samplesOf(how), film.state()->film);
+        told.seconds = watch.seconds() - (device->device.compileSeconds() - compiledBefore);
+        tell(mode, before, learnedBefore);
+        if (how.strict)
+            requireFew();
+        if (report)
+            *report = std::move(told);
+    };
+    together(device->ranks(), work);
+}
+
+template <class Learn>
+void Renderer::State::train(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn) {
+    const std::lock_guard lock(device->mutex);
+    follow();
+    requireSameOnAll(mode, view, how, input);
+    ensure(mode, true, false);
+    if (!guided) // passes draw from the materials alone
+        return;
+    renderer->setInteraction(interaction());
+    const std::uint32_t spp = how.trainSpp > 0 ? how.trainSpp : samplesOf(how);
+    try {
+        for (std::uint32_t i = 0; i < how.train; ++i) {
+            together(device->ranks(), [&] { learn(spp, trained); });
+            fresh = false;
+            ++trained;
+        }
+    } catch (...) {
+        if (room)
+            abandon();
+        else
             drop();
         throw;
     }

@@ -1,16 +1,40 @@
 // Scenes of the library's surface.
 #include "base/error.h"
 #include "library/states.h"
+#include "scene/camera_ray.h"
+#include "scene/image_size.h"
 #include "scene/parameter_values.h"
 #include "scene/pixel_filter.h"
 #include "scene/scene_file.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/gtc/type_ptr.hpp>
+#include <limits>
 
 namespace cmpg::v1 {
 
 ParameterInfo describe(const cmpg::Parameter& p) {
-    return {p.name, slotName(p.kind), int(p.height), int(p.width), int(p.channels), p.lowest(), p.highest()};
+    return {p.name, slotName(p.kind), int(p.height), int(p.width), int(p.channels), p.lowest(), p.highest(), p.textured};
+}
+
+CameraInfo describe(const Camera& camera) {
+    CameraInfo info{.name = camera.name, .aspect = camera.aspect, .orthographic = camera.orthographic, .yfov = camera.yfov, .ymag = camera.ymag};
+    std::copy_n(glm::value_ptr(camera.toWorld), info.toWorld.size(), info.toWorld.begin());
+    return info;
+}
+
+Camera movedCamera(const cmpg::Scene& scene, const CameraInfo& to) {
+    require(std::all_of(to.toWorld.begin(), to.toWorld.end(), [](float v) { return std::isfinite(v); }), "camera", "at a finite place");
+    require(to.orthographic || (to.yfov > 0 && to.yfov < 3.1415926f), "camera", "one with an angle above 0 and below pi");
+    require(!to.orthographic || (to.ymag > 0 && std::isfinite(to.ymag)), "camera", "one with a height above 0");
+    const auto named = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == to.name; });
+    Camera camera = named == scene.cameras.end() ? scene.cameras.front() : *named;
+    camera.toWorld = glm::make_mat4(to.toWorld.data());
+    camera.orthographic = to.orthographic;
+    camera.yfov = to.yfov;
+    camera.ymag = to.ymag;
+    return camera;
 }
 
 cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
@@ -36,6 +60,13 @@ Scene Scene::load(const std::filesystem::path& file, const SceneOptions& options
     return Scene(state);
 }
 
+std::vector<std::string> Scene::extensions() {
+    std::vector<std::string> all;
+    for (const SceneFormat* format : sceneFormats())
+        all.insert(all.end(), format->extensions.begin(), format->extensions.end());
+    return all;
+}
+
 Scene Scene::copy() const {
     const std::lock_guard lock(state_->mutex);
     const auto state = std::make_shared<State>();
@@ -51,8 +82,41 @@ std::uint32_t Scene::maxDepth() const { return state_->scene.maxDepth; }
 std::vector<CameraInfo> Scene::cameras() const {
     std::vector<CameraInfo> cameras;
     for (const Camera& camera : state_->scene.cameras)
-        cameras.push_back({camera.name, camera.aspect});
+        cameras.push_back(describe(camera));
     return cameras;
+}
+
+std::pair<int, int> Scene::imageSize(const std::string& camera, int width, int height) const {
+    require(width >= 0 && width <= kMostEdge, "width", "from 1 to 32768, or 0");
+    require(height >= 0 && height <= kMostEdge, "height", "from 1 to 32768, or 0");
+    const auto given = [](int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; };
+    return cmpg::imageSize(state_->scene.camera(camera), given(width), given(height), 512);
+}
+
+SceneBox Scene::box() const {
+    glm::vec3 lower(0), upper(0);
+    const std::vector<glm::vec3>& positions = state_->scene.geometry.positions;
+    if (!positions.empty()) {
+        lower = glm::vec3(std::numeric_limits<float>::max());
+        upper = -lower;
+    }
+    for (const glm::vec3& p : positions) {
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
+    }
+    const glm::dvec3& center = state_->scene.center;
+    return {{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}, {center.x, center.y, center.z}};
+}
+
+std::optional<SurfacePoint> Scene::pick(const CameraInfo& camera, int width, int height, float x, float y) const {
+    require(width >= 1 && width <= kMostEdge, "width", "from 1 to 32768");
+    require(height >= 1 && height <= kMostEdge, "height", "from 1 to 32768");
+    const cmpg::Scene& scene = state_->scene; // what is read here never changes
+    const std::optional<SurfaceHit> hit = castRay(scene, CameraRays(movedCamera(scene, camera), width, height).at(x, y));
+    if (!hit)
+        return {};
+    const glm::vec3 &p = hit->position, &n = hit->normal;
+    return SurfacePoint{{p.x, p.y, p.z}, {n.x, n.y, n.z}, hit->distance, scene.materials[scene.geometry.triangles[hit->triangle].material].name};
 }
 
 std::vector<ParameterInfo> Scene::parameters() const {
@@ -95,13 +159,23 @@ void Scene::set(const std::string& name, std::span<const float> values) {
     ++state_->revisions[index];
 }
 
-void Scene::exportTo(const std::filesystem::path& folder) const {
+std::filesystem::path Scene::exportTo(const std::filesystem::path& folder) const {
     const std::lock_guard lock(state_->mutex);
     std::vector<std::uint32_t> changed;
     for (std::size_t p = 0; p < state_->revisions.size(); ++p)
         if (state_->revisions[p] > 0)
             changed.push_back(std::uint32_t(p));
     exportScene(state_->scene, changed, folder);
+    return folder / state_->scene.format->exported;
+}
+
+std::filesystem::path Scene::exportTo(const std::filesystem::path& folder, std::span<const std::string> parameters) const {
+    const std::lock_guard lock(state_->mutex);
+    std::vector<std::uint32_t> changed;
+    for (const std::string& name : parameters)
+        changed.push_back(state_->scene.parameter(name));
+    exportScene(state_->scene, changed, folder);
+    return folder / state_->scene.format->exported;
 }
 
 } // namespace cmpg::v1

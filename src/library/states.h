@@ -37,6 +37,9 @@ cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std:
                    std::vector<std::uint64_t>& revisions);
 
 ParameterInfo describe(const cmpg::Parameter& parameter);
+CameraInfo describe(const cmpg::Camera& camera);
+// The camera of its name, else the first, moved. Error(Usage) on what is not finite or out of range.
+cmpg::Camera movedCamera(const cmpg::Scene& scene, const CameraInfo& to);
 
 // What PathOptions say of a renderer without a guide, on one rank. Error(Usage) on what is out of range.
 RenderConfig renderConfig(const PathOptions& options, const cmpg::Scene& scene, const std::vector<std::uint32_t>& differentiable);
@@ -46,9 +49,6 @@ GuidedOptions guidedOptions(const PathOptions& options);
 // Error(Usage) that names the option where `valid` does not hold.
 void require(bool valid, const std::string& option, const std::string& range);
 constexpr std::uint32_t kMostSamples = 1u << 24; // counts stay exact in float
-
-// Seconds between two calls of what may end a pass: soon enough for Ctrl-C.
-constexpr double kSubmissionSeconds = 0.2;
-Interaction interactionOf(const std::function<void()>& call);
+constexpr int kMostEdge = 1 << 15;               // pixels
 
 } // namespace cmpg::v1

@@ -5,18 +5,18 @@
 #pragma once
 
 #include "base/error.h"
-#include "scene/image.h"
-#include "scene/scene.h"
 #include "session/options.h"
+
+#include <cmpg/renderer.h>
 
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 
 namespace cmpg {
-
-struct GuideCell;
 
 enum class LiveMode {
     Render,   // the image, refined sample by sample
@@ -47,7 +47,7 @@ struct LiveSettings {
     std::uint32_t scene = 0;
     LiveMode mode = LiveMode::Render;
     bool running = true; // false: pause. Optimize: no steps, image and gradient go on refining; else: nothing goes on
-    Camera camera;       // Render, Gradient. Optimize has the cameras of its targets
+    v1::CameraInfo camera; // Render, Gradient. Optimize has the cameras of its targets
     int width = 512, height = 512;          // of the image; Optimize: those of the targets
     std::vector<std::uint32_t> parameters;  // selected: into LiveScene::parameters
     std::uint32_t view = 0;                 // Optimize: target whose pictures are shown
@@ -60,17 +60,10 @@ struct LiveSettings {
 
 // What stays the same until another scene is opened.
 struct LiveScene {
-    struct Item {
-        std::string name;
-        SlotKind kind;
-        std::uint32_t width, height, channels;
-        bool textured;
-        float lowest, highest; // range of its values; highest may be infinite
-    };
     std::uint32_t number = 0; // counts scenes opened
     std::string file;
-    std::vector<Item> parameters;
-    std::vector<Camera> cameras; // never empty
+    std::vector<v1::ParameterInfo> parameters;
+    std::vector<v1::CameraInfo> cameras; // never empty
     glm::vec3 lower{0}, upper{0}; // the box around all triangles, for moving about
     // The scene's own origin is here subtracted from all positions, cameras and picks included: add it to show a position.
     glm::dvec3 center{0};
@@ -84,16 +77,8 @@ struct LivePick {
     bool hit = false;         // all below only where something was hit
     glm::vec3 position{0}, normal{0}; // coordinates as the cameras'; the triangle's normal, towards the camera
     std::string material;
-    // The guide there; null where none has learned yet.
-    std::shared_ptr<const GuideCell> guide;
-    std::uint32_t cell = 0; // its number
-    std::uint32_t cells = 0; // how many there are
-    // Weights of P, D+, D- in the mixture for a path that arrives straight from the camera, as the sampling in use weights them. By
-    // conditional sampling such a path has collected no derivative yet, so P counts nothing: it asks for what carries derivatives.
-    std::array<double, 3> weights{};
-    double lightShare = 0; // of P in that mixture; D has the rest
-    double guideShare = 0; // of directions drawn from the mixture where the material is rough enough: 0 where it is empty
-    // P, D+, D-, mixture: density relative to that of uniform directions on the equal-area square (azimuth across, z up); see densityMap().
+    std::optional<v1::GuidePoint> guide; // what it knows there; none where it has not learned yet
+    // P, D+, D-, mixture: density relative to that of uniform directions on the equal-area square: GuidePoint::density().
     std::array<std::shared_ptr<const Image>, 4> maps;
 };
 

@@ -2,28 +2,24 @@
 #include "live/live_work.h"
 
 #include "imaging/parameter_image.h"
-#include "live/guide_pick.h"
-#include "session/render_options.h"
+#include "session/library_options.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace cmpg {
 namespace {
 
-constexpr double kSubmissionSeconds = 0.02;
+constexpr double kSubmissionSeconds = 0.02; // a click is answered, and a pass of no more use ended, within a moment
 
-bool sameCamera(const Camera& a, const Camera& b) {
+bool sameCamera(const v1::CameraInfo& a, const v1::CameraInfo& b) {
     return a.toWorld == b.toWorld && a.orthographic == b.orthographic && a.yfov == b.yfov && a.ymag == b.ymag;
 }
 
 } // namespace
 
-LiveWork::LiveWork(const Options& options, Device& device, LoadedScene& scene, LiveState& state, Hooks hooks)
+LiveWork::LiveWork(const Options& options, const v1::Device& device, LoadedScene& scene, LiveState& state, Hooks hooks)
     : options_(options), device_(device), scene_(scene), state_(state), hooks_(std::move(hooks)) {}
-
-LiveWork::~LiveWork() = default;
 
 LiveSettings LiveWork::sanitised(LiveSettings s) const {
     const auto finite = [](float v, float low, float high, float otherwise) { return std::isfinite(v) ? std::clamp(v, low, high) : otherwise; };
@@ -36,13 +32,11 @@ LiveSettings LiveWork::sanitised(LiveSettings s) const {
     s.view = std::min(s.view, std::uint32_t(std::max<std::size_t>(scene_.views(), 1) - 1));
     s.camera.yfov = finite(s.camera.yfov, 1e-3f, 3.1f, 0.8f);
     s.camera.ymag = finite(s.camera.ymag, 1e-6f, 1e6f, 1);
-    for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 4; ++row)
-            if (!std::isfinite(s.camera.toWorld[column][row]))
-                s.camera.toWorld = scene_.info->cameras.front().toWorld;
+    if (!std::all_of(s.camera.toWorld.begin(), s.camera.toWorld.end(), [](float v) { return std::isfinite(v); }))
+        s.camera.toWorld = scene_.info->cameras.front().toWorld;
     std::vector<std::uint32_t> known;
     for (const std::uint32_t p : s.parameters)
-        if (p < scene_.scene.parameters.size() && std::find(known.begin(), known.end(), p) == known.end())
+        if (p < scene_.info->parameters.size() && std::find(known.begin(), known.end(), p) == known.end())
             known.push_back(p);
     s.parameters = std::move(known);
     return s;
@@ -64,10 +58,10 @@ void LiveWork::setSettings(const LiveSettings& wished) {
     const bool first = directions_.empty();
     const bool otherParameters = first || w.parameters != s.parameters;
     if (otherParameters) {
-        scene_.differentiate(w.parameters);
+        scene_.remember(w.parameters);
         directions_.clear();
         for (const std::uint32_t p : w.parameters)
-            directions_.emplace_back(scene_.scene.parameters[p].entries(), 1.0f);
+            directions_.push_back({scene_.parameter(p).name, std::vector<float>(scene_.parameter(p).entries(), 1.0f)});
         show(LivePicture::ParameterGradient, nullptr);
         showParameter();
     }
@@ -94,11 +88,11 @@ void LiveWork::setSettings(const LiveSettings& wished) {
 }
 
 void LiveWork::targetsChanged() {
-    dropOptimization(false);
+    dropRecovery(false);
     settings_ = sanitised(settings_); // the view may be gone
     state_.views = std::uint32_t(scene_.views());
     state_.targets.clear();
-    for (const Target& t : scene_.targets)
+    for (const v1::Target& t : scene_.targets)
         state_.targets.push_back(t.name);
     for (const LivePicture p : {LivePicture::Target, LivePicture::Difference, LivePicture::ParameterGradient})
         show(p, nullptr);
@@ -113,27 +107,22 @@ void LiveWork::reset(std::optional<float> fill) {
         scene_.fill(settings_.parameters, *fill);
     steps_ = 0;
     training_ = 0;
-    dropOptimization(false);
+    dropRecovery(false);
     const std::vector<std::uint32_t> touched = scene_.remembered();
     const bool reachable = std::all_of(touched.begin(), touched.end(), [&](std::uint32_t p) {
         return std::find(builtFor_.begin(), builtFor_.end(), p) != builtFor_.end();
     });
-    if (run_ && reachable) {
-        for (const std::uint32_t p : touched)
-            run_->renderer().setParameter(p, scene_.scene.parameters[p].values);
-        run_->setGuided(guidedOptions(), false);
-        drawnBy_ = settings_.sampling;
-        trained_ = 0;
-    } else {
-        dropRun();
-    }
+    if (renderer_ && reachable)
+        renderer_->forget();
+    else
+        dropRenderer(); // kernels are made for the values of the others
     show(LivePicture::ParameterGradient, nullptr);
     show(LivePicture::Gradient, nullptr);
     showParameter();
     restartFilms();
 }
 
-bool LiveWork::unfinished(const Refined& r) const { return r.film.pixels.empty() || r.film.samples < settings_.sppLimit; }
+bool LiveWork::unfinished(const Refined& r) const { return r.film.pixels() == 0 || r.film.samples() < settings_.sppLimit; }
 
 bool LiveWork::hasWork() const {
     if (optimizing())
@@ -152,7 +141,7 @@ std::string LiveWork::missing() const {
 }
 
 void LiveWork::work() {
-    ensureRun();
+    ensureRenderer();
     if (optimizing() && (settings_.running || steps_ > 0))
         return step();
     if (training_ > 0 && !optimizing())
@@ -160,99 +149,96 @@ void LiveWork::work() {
     // The image is there to find one's way, the gradient image is what the mode is about.
     constexpr std::uint32_t kImageShare = 4;
     const bool gradientDue = differentiating() && unfinished(gradient_) &&
-                             (!unfinished(image_) || (image_.film.samples > 0 && gradient_.film.samples < kImageShare * image_.film.samples));
+                             (!unfinished(image_) || (image_.film.samples() > 0 && gradient_.film.samples() < kImageShare * image_.film.samples()));
     refine(gradientDue ? gradient_ : image_, gradientDue);
 }
 
-void LiveWork::recover() {
-    previewing_ = false;
-    if (!run_)
-        return;
-    run_->passes().setLearning(false);
-    run_->passes().abandonStep();
+void LiveWork::leaveDevice() {
+    dropRenderer();
+    device_.reset();
+    restartFilms();
 }
 
-View LiveWork::view() const {
-    if (optimizing())
-        return scene_.view(settings_.view);
-    return {&settings_.camera, settings_.width, settings_.height};
+LiveWork::Seen LiveWork::seen() const {
+    if (!optimizing())
+        return {settings_.camera, settings_.width, settings_.height};
+    const v1::Target& target = scene_.targets[settings_.view];
+    return {*target.from, target.image.width, target.image.height};
 }
 
-SamplingDecision LiveWork::decision() const {
-    if (!run_)
+v1::PassReport LiveWork::report() const {
+    if (!renderer_)
         return {};
-    return settings_.mode == LiveMode::Render ? run_->passes().imageDecision() : run_->passes().decision();
+    return renderer_->report(settings_.mode == LiveMode::Render ? v1::PassKind::Render : v1::PassKind::Backward);
 }
 
-GuidedOptions LiveWork::guidedOptions() const {
-    GuidedOptions guided = cmpg::guidedOptions(options_);
-    guided.sampling = settings_.sampling;
-    return guided;
+v1::PassOptions LiveWork::pass(std::uint32_t spp, std::uint32_t frame) const {
+    return {.from = seen().camera, .spp = spp, .seed = options_.seed, .frame = frame, .strict = false};
 }
 
-void LiveWork::ensureRun() {
-    if (run_ && (settings_.mode == LiveMode::Render || builtFor_ == settings_.parameters)) {
+void LiveWork::ensureRenderer() {
+    if (renderer_ && (settings_.mode == LiveMode::Render || builtFor_ == settings_.parameters)) {
         if (drawnBy_ == settings_.sampling)
             return;
-        dropOptimization(true);
-        run_->setGuided(guidedOptions(), true);
+        dropRecovery(true);
+        renderer_->setSampling(settings_.sampling);
         drawnBy_ = settings_.sampling;
         return;
     }
-    dropRun();
+    dropRenderer();
     hooks_.busyWith("preparing the scene");
-    RenderConfig config = renderConfig(options_, scene_.scene, settings_.parameters);
-    config.guiding = true;
-    config.differences = options_.recovery.sppDifference > 0 && !settings_.parameters.empty();
-    run_.emplace(device_, scene_.scene, config, guidedOptions());
-    run_->renderer().setInteraction({.submissionSeconds = kSubmissionSeconds,
-                                     .beforeSubmission = hooks_.betweenSubmissions,
-                                     .compiling = [this](bool begins) { hooks_.busyWith(begins ? "compiling kernels" : ""); }});
+    v1::PathOptions paths = pathOptions(options_, options_.effectiveDepth(scene_.scene.maxDepth()));
+    paths.sampling = settings_.sampling;
+    paths.guide.load.clear(); // a session learns its own
+    renderer_.emplace(*device_, scene_.scene, v1::RendererOptions{.paths = paths, .parameters = scene_.names(settings_.parameters), .recoveries = true});
+    renderer_->onSubmission(hooks_.betweenSubmissions, kSubmissionSeconds);
+    renderer_->onCompile([this](bool begins) { hooks_.busyWith(begins ? "compiling kernels" : ""); });
+    renderer_->prepare({});
     builtFor_ = settings_.parameters;
     drawnBy_ = settings_.sampling;
     hooks_.busyWith("");
 }
 
-void LiveWork::dropRun() {
-    dropOptimization(true);
-    run_.reset();
-    trained_ = 0;
+void LiveWork::dropRenderer() {
+    dropRecovery(true);
+    renderer_.reset();
     drawnBefore_ = guidedBefore_ = 0;
 }
 
 void LiveWork::restartFilms() {
-    const View v = view();
-    image_.film = Film(v.width, v.height, settings_.layers);
-    gradient_.film = Film(v.width, v.height);
+    const Seen s = seen();
+    image_.film = v1::Film(s.width, s.height, settings_.layers);
+    gradient_.film = v1::Film(s.width, s.height);
     fadingSteps_ = 0;
     state_.imageSamples = state_.gradientSamples = 0;
-    if (run_) {
-        drawnBefore_ = guidedBefore_ = 0;
-        for (const GuidedDepth& d : run_->renderer().statistics().guided) {
-            drawnBefore_ += d.drawn;
-            guidedBefore_ += d.guided;
-        }
+    drawnBefore_ = guidedBefore_ = 0;
+    for (const GuidedDepth& d : report().depths) {
+        drawnBefore_ += d.drawn;
+        guidedBefore_ += d.guided;
     }
 }
 
-void LiveWork::expose(const View& v, std::uint32_t spp, Film& film, bool forward) {
-    const PassKey key = forward ? PassKey{.seed = options_.seed, .pass = 1} : optimizing() ? pictureKey(options_.seed, settings_.view) : PassKey{.seed = options_.seed};
-    if (forward)
-        run_->passes().forward(v, spp, key, settings_.parameters, directions_, film);
-    else
-        run_->passes().render(v, spp, key, film);
+double LiveWork::expose(std::uint32_t spp, v1::Film& film, bool forward, std::uint32_t frame) {
+    v1::PassReport done;
+    if (forward) {
+        renderer_->forward(film, directions_, pass(spp, frame), &done);
+    } else if (optimizing()) {
+        ensureRecovery();
+        recovery_->image(film, settings_.view, spp, &done);
+    } else {
+        renderer_->render(film, pass(spp), &done);
+    }
+    return done.seconds;
 }
 
 bool LiveWork::previewed(Refined& r, bool forward) {
     const int divisor = r.previewDivisor();
-    if (r.film.samples > 0 || divisor == 1 || optimizing())
+    if (r.film.samples() > 0 || divisor == 1 || optimizing())
         return false;
     previewing_ = true;
-    View small = view();
-    small.width = std::max(1, small.width / divisor);
-    small.height = std::max(1, small.height / divisor);
-    Film film(small.width, small.height);
-    expose(small, 1, film, forward);
+    const Seen s = seen();
+    v1::Film film(std::max(1, s.width / divisor), std::max(1, s.height / divisor));
+    expose(1, film, forward);
     previewing_ = false;
     state_.preview = true;
     auto image = std::make_shared<const Image>(film.image());
@@ -265,20 +251,16 @@ bool LiveWork::previewed(Refined& r, bool forward) {
 void LiveWork::refine(Refined& r, bool forward) {
     previewed(r, forward);
     const std::uint32_t spp = r.nextSamples(settings_.sppLimit);
-    const double compiled = device_.compileSeconds();
-    const auto start = std::chrono::steady_clock::now();
-    expose(view(), spp, r.film, forward);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    const double paths = double(spp) * double(r.film.pixels.size());
-    r.pathsPerSecond = paths / std::max(1e-6, taken.count() - (device_.compileSeconds() - compiled));
+    const double seconds = expose(spp, r.film, forward);
+    r.pathsPerSecond = double(spp) * double(r.film.pixels()) / std::max(1e-6, seconds);
     state_.samplesPerSecond = r.pathsPerSecond;
     state_.preview = false;
     if (!forward)
         showLayers(r.film);
     // After a step there is an image already that had more samples, of almost the same parameters.
     std::uint32_t& shown = forward ? state_.gradientSamples : state_.imageSamples;
-    if (r.film.samples >= shown) {
-        shown = r.film.samples;
+    if (r.film.samples() >= shown) {
+        shown = r.film.samples();
         if (forward) {
             state_.gradientFading = false;
             show(LivePicture::Gradient, std::make_shared<const Image>(r.film.image()));
@@ -290,15 +272,41 @@ void LiveWork::refine(Refined& r, bool forward) {
 }
 
 void LiveWork::train() {
-    const View v = view();
+    v1::PassOptions learning = pass(settings_.spp);
+    const Seen s = seen();
+    learning.width = s.width;
+    learning.height = s.height;
+    learning.train = 1;
+    learning.trainSpp = settings_.spp;
     if (settings_.mode == LiveMode::Gradient && !settings_.parameters.empty())
-        run_->passes().trainForward(v, settings_.spp, 1, options_.seed, settings_.parameters, directions_, trained_);
+        renderer_->train(directions_, learning);
     else
-        run_->passes().trainRender(v, settings_.spp, 1, options_.seed, trained_);
+        renderer_->train(learning);
     --training_;
-    ++trained_;
     restartFilms();
     updateGuideFigures();
+}
+
+LivePick LiveWork::pick(int x, int y) const {
+    LivePick pick;
+    pick.x = x;
+    pick.y = y;
+    const Seen s = seen();
+    const std::optional<v1::SurfacePoint> hit = scene_.scene.pick(s.camera, s.width, s.height, float(x) + 0.5f, float(y) + 0.5f);
+    if (!hit)
+        return pick;
+    pick.hit = true;
+    pick.position = {hit->position[0], hit->position[1], hit->position[2]};
+    pick.normal = {hit->normal[0], hit->normal[1], hit->normal[2]};
+    pick.material = hit->material;
+    if (renderer_)
+        pick.guide = renderer_->guideAt(hit->position, settings_.mode == LiveMode::Render ? v1::PassKind::Render : v1::PassKind::Backward);
+    if (!pick.guide)
+        return pick;
+    constexpr int kMapEdge = 128;
+    const auto map = [&](const std::array<double, 3>& weights) { return std::make_shared<const Image>(pick.guide->density(weights, kMapEdge)); };
+    pick.maps = {map({1, 0, 0}), map({0, 1, 0}), map({0, 0, 1}), map(pick.guide->weights)};
+    return pick;
 }
 
 void LiveWork::show(LivePicture picture, std::shared_ptr<const Image> image) {
@@ -320,11 +328,12 @@ void LiveWork::showImage(Image image) {
     show(LivePicture::Image, std::make_shared<const Image>(std::move(image)));
 }
 
-void LiveWork::showLayers(const Film& film) {
+void LiveWork::showLayers(const v1::Film& film) {
     if (!film.hasLayers())
         return;
     Layers layers = film.layers();
-    show(LivePicture::Cells, guide() ? std::make_shared<const Image>(cellPicture(*guide(), view(), layers.depth)) : nullptr);
+    std::optional<Image> cells = renderer_->guideCells(layers.depth, pass(0));
+    show(LivePicture::Cells, cells ? std::make_shared<const Image>(std::move(*cells)) : nullptr);
     show(LivePicture::Normal, std::make_shared<const Image>(std::move(layers.normal)));
     show(LivePicture::Depth, std::make_shared<const Image>(std::move(layers.depth)));
     show(LivePicture::Albedo, std::make_shared<const Image>(std::move(layers.albedo)));
@@ -334,23 +343,22 @@ void LiveWork::showLayers(const Film& film) {
 void LiveWork::showParameter() {
     if (settings_.parameters.empty())
         return show(LivePicture::Parameter, nullptr);
-    const Parameter& p = scene_.scene.parameters[settings_.parameters.front()];
-    show(LivePicture::Parameter, std::make_shared<const Image>(parameterImage(p, p.values)));
+    const v1::ParameterInfo& p = scene_.parameter(settings_.parameters.front());
+    show(LivePicture::Parameter, std::make_shared<const Image>(parameterImage(p, scene_.scene.values(p.name))));
 }
 
 void LiveWork::updateGuideFigures() {
-    state_.guideLearned = guide() != nullptr;
-    state_.guideCells = guide() ? std::uint32_t(guide()->cells().size()) : 0;
-    state_.guidePasses = guide() ? guide()->updates() : 0;
-    const SamplingDecision d = decision();
-    state_.sampling = d.method.kind;
-    state_.roulette = d.method.roulette;
+    const v1::PassReport now = report();
+    state_.guideLearned = now.guideUpdates > 0;
+    state_.guideCells = now.guideCells;
+    state_.guidePasses = now.guideUpdates;
+    state_.sampling = now.sampling;
+    state_.roulette = now.roulette;
     std::uint64_t drawn = 0, guided = 0;
-    if (run_)
-        for (const GuidedDepth& depth : run_->renderer().statistics().guided) {
-            drawn += depth.drawn;
-            guided += depth.guided;
-        }
+    for (const GuidedDepth& depth : now.depths) {
+        drawn += depth.drawn;
+        guided += depth.guided;
+    }
     state_.guidedShare = drawn > drawnBefore_ ? double(guided - guidedBefore_) / double(drawn - drawnBefore_) : 0;
 }
 

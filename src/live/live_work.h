@@ -3,8 +3,6 @@
 
 #include "live/loaded_scene.h"
 #include "live/refined.h"
-#include "optimize/recovery_run.h"
-#include "vk/device.h"
 
 #include <optional>
 
@@ -21,8 +19,7 @@ class LiveWork {
         std::function<void()> publish;             // the state changed in the midst of a piece of work
     };
     // `state` gets pictures and numbers.
-    LiveWork(const Options& options, Device& device, LoadedScene& scene, LiveState& state, Hooks hooks);
-    ~LiveWork();
+    LiveWork(const Options& options, const v1::Device& device, LoadedScene& scene, LiveState& state, Hooks hooks);
 
     const LiveSettings& settings() const { return settings_; }
     // Settings that make sense for this scene.
@@ -41,27 +38,34 @@ class LiveWork {
     // Some tenths of a second of work, or one step.
     void work();
     // After an exception out of work(): as if the piece had not begun.
-    void recover();
+    void recover() { previewing_ = false; }
+    // After one that the device is to blame for: the values stay, and all that was on the device goes. The work goes on with another one.
+    void leaveDevice();
+    void setDevice(const v1::Device& device) { device_ = device; }
 
-    const SdTree* guide() const { return run_ && !run_->renderer().guide().empty() ? &run_->renderer().guide() : nullptr; }
-    View view() const; // of the pictures
-    SamplingDecision decision() const;
+    LivePick pick(int x, int y) const; // a pixel of the image
 
   private:
+    // Of the pictures.
+    struct Seen {
+        v1::CameraInfo camera;
+        int width = 0, height = 0;
+    };
+    Seen seen() const;
     bool optimizing() const { return settings_.mode == LiveMode::Optimize && !settings_.parameters.empty() && scene_.views() > 0; }
     bool differentiating() const { return settings_.mode != LiveMode::Render && !settings_.parameters.empty(); }
-    bool guides() const { return settings_.sampling != Sampling::Bsdf || options_.roulette; }
     bool unfinished(const Refined& film) const;
 
-    void ensureRun();
-    GuidedOptions guidedOptions() const;
-    void ensureOptimization();
-    void dropOptimization(bool keepState);
-    void dropRun();
+    void ensureRenderer();
+    void ensureRecovery();
+    void dropRecovery(bool keepProgress);
+    void dropRenderer();
     void restartFilms();
+    v1::PassReport report() const; // of all passes of the renderer
+    v1::PassOptions pass(std::uint32_t spp, std::uint32_t frame = 0) const;
 
     void refine(Refined& film, bool forward);
-    void expose(const View& view, std::uint32_t spp, Film& film, bool forward);
+    double expose(std::uint32_t spp, v1::Film& film, bool forward, std::uint32_t frame = 0); // seconds that it took
     bool previewed(Refined& film, bool forward);
     void train();
     void step();
@@ -69,31 +73,29 @@ class LiveWork {
 
     void show(LivePicture picture, std::shared_ptr<const Image> image);
     void showImage(Image image);
-    void showLayers(const Film& film);
+    void showLayers(const v1::Film& film);
     void showParameter();
     void updateGuideFigures();
 
     const Options options_;
-    Device& device_;
+    std::optional<v1::Device> device_;
     LoadedScene& scene_;
     LiveState& state_;
     Hooks hooks_;
     LiveSettings settings_;
-    std::vector<std::vector<float>> directions_; // of the selected parameters: all ones
+    std::vector<v1::Direction> directions_; // of the selected parameters: all ones
 
-    std::vector<std::uint32_t> builtFor_; // parameters that run_ differentiates
+    std::vector<std::uint32_t> builtFor_; // parameters that renderer_ differentiates
     Sampling drawnBy_ = Sampling::Auto;   // its passes
-    std::optional<RecoveryRun> run_;
-    // Of an optimisation that had to go, for the next one.
-    OptimizeState kept_;
-    std::vector<std::uint32_t> keptParameters_;
+    std::optional<v1::Renderer> renderer_;
+    std::optional<v1::Recovery> recovery_; // of renderer_
+    v1::RecoveryProgress progress_;        // of a recovery that had to go, for the next one
 
     Refined image_, gradient_;
     Image fading_; // mean of the gradient images of the last steps
     std::uint32_t fadingSteps_ = 0;
     bool previewing_ = false;
     std::uint32_t steps_ = 0, training_ = 0; // asked for
-    std::uint32_t trained_ = 0;              // learning passes so far
     std::vector<double> loss_;
     std::uint64_t drawnBefore_ = 0, guidedBefore_ = 0; // directions, when the films began
 };

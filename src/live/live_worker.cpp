@@ -1,9 +1,7 @@
 // The thread of a session: takes requests, does one piece of work, publishes, and so on.
 #include "live/live_worker.h"
 
-#include "live/guide_pick.h"
 #include "live/save_picture.h"
-#include "scene/scene_file.h"
 #include "session/explain.h"
 #include "session/output.h"
 
@@ -55,7 +53,13 @@ void LiveWorker::run() {
         apply(requests, wished);
         if (!work_ || !work_->hasWork())
             continue;
-        stuck_ = !attempt([&] { work_->work(); });
+        stuck_ = !attempt([&] {
+            if (!device_) {
+                openDevice();
+                work_->setDevice(*device_);
+            }
+            work_->work();
+        });
     }
 }
 
@@ -78,12 +82,11 @@ template <class F> bool LiveWorker::attempt(F&& f) {
 
 void LiveWorker::fail(const Error& error) {
     state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error)};
-    try {
+    if (work_)
+        work_->recover();
+    if (error.kind == ErrorKind::Device) { // it may be lost, or filled by what did not fit
         if (work_)
-            work_->recover();
-    } catch (const std::exception&) { // the device is gone: what was on it too
-        work_.reset();
-        scene_.reset();
+            work_->leaveDevice();
         device_.reset();
     }
     publish();
@@ -91,7 +94,7 @@ void LiveWorker::fail(const Error& error) {
 
 void LiveWorker::openDevice() {
     notice("opening the device", true);
-    device_.emplace(Device::Options{.select = options_.device});
+    device_.emplace(options_.device);
     state_.device = device_->info().name;
 }
 
@@ -174,7 +177,8 @@ void LiveWorker::useAsTarget(const LiveState& shown) {
     if (!image || shown.preview || shown.settings.scene != work_->settings().scene)
         throw Error(ErrorKind::Usage, "there is no image yet to make a target of", "the view has just changed", "wait for the image");
     const bool ofTarget = shown.settings.mode == LiveMode::Optimize && shown.settings.view < scene_->views();
-    scene_->setTarget(ofTarget ? scene_->cameras[shown.settings.view] : shown.settings.camera, *image);
+    const v1::CameraInfo seenBy = ofTarget ? *scene_->targets[shown.settings.view].from : shown.settings.camera;
+    scene_->setTarget(seenBy, *image);
 }
 
 void LiveWorker::betweenSubmissions() {
@@ -208,14 +212,11 @@ void LiveWorker::answer(const LiveRequests& quick) {
     if (quick.sceneFolder && scene_)
         failing([&] {
             requireWritableFolder(*quick.sceneFolder);
-            exportScene(scene_->scene, scene_->changed(), *quick.sceneFolder);
-            tell("saved " + (*quick.sceneFolder / scene_->scene.format->exported).string());
+            tell("saved " + scene_->scene.exportTo(*quick.sceneFolder, scene_->changed()).string());
         });
     if (quick.pick && work_) {
         const auto [x, y] = *quick.pick;
-        const bool images = work_->settings().mode == LiveMode::Render; // where every guided kind is primal
-        const Sampling kind = images ? Sampling::Primal : work_->decision().method.kind;
-        LivePick pick = pickGuide(scene_->scene, work_->view(), x, y, work_->guide(), kind, options_.guideShare);
+        LivePick pick = work_->pick(x, y);
         pick.number = (state_.pick ? state_.pick->number : 0) + 1;
         state_.pick = std::make_shared<const LivePick>(std::move(pick));
     }

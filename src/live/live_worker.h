@@ -29,7 +29,7 @@ class LiveWorker {
     Options options_;
     LiveMailbox& mailbox_;
     LiveState state_; // what is published next
-    std::optional<Device> device_;
+    std::optional<v1::Device> device_;
     std::unique_ptr<LoadedScene> scene_;
     std::unique_ptr<LiveWork> work_; // of scene_
     bool stuck_ = false;             // the work failed: nothing more of it until something is asked for

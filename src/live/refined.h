@@ -1,7 +1,7 @@
 // A film of a session and how fast it grows.
 #pragma once
 
-#include "render/film.h"
+#include <cmpg/film.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@
 namespace cmpg {
 
 struct Refined {
-    Film film;
+    v1::Film film;
     double pathsPerSecond = 0; // 0: not known yet
 
     // Samples per pixel of the next pass: about a tenth of a second's worth, of which a front end shows every one.
     std::uint32_t nextSamples(std::uint32_t limit) const {
         constexpr double kSeconds = 0.1;
-        const double fits = kSeconds * pathsPerSecond / double(film.pixels.size());
-        return std::min(std::uint32_t(std::clamp(fits, 1.0, 4096.0)), limit - film.samples);
+        const double fits = kSeconds * pathsPerSecond / double(film.pixels());
+        return std::min(std::uint32_t(std::clamp(fits, 1.0, 4096.0)), limit - film.samples());
     }
 
     // By how much the edges of a picture made in haste are divided, so that it takes a twentieth of a second. 1: it need not be.
@@ -25,7 +25,7 @@ struct Refined {
         constexpr double kSeconds = 0.05;
         if (pathsPerSecond == 0)
             return 1;
-        const double tooMany = double(film.pixels.size()) / (kSeconds * pathsPerSecond);
+        const double tooMany = double(film.pixels()) / (kSeconds * pathsPerSecond);
         return tooMany <= 2 ? 1 : int(std::ceil(std::sqrt(tooMany)));
     }
 };

@@ -65,14 +65,6 @@ std::span<const SceneFormat* const> sceneFormats() { return kFormats; }
 
 bool isSceneName(const fs::path& file) { return byExtension(file) != nullptr; }
 
-std::string sceneExtensions() {
-    std::string list;
-    for (const SceneFormat* format : kFormats)
-        for (const char* extension : format->extensions)
-            list += (list.empty() ? "" : ", ") + std::string(extension);
-    return list;
-}
-
 Scene loadScene(const fs::path& file, const LoadOptions& options) try {
     const SceneFormat& format = formatOf(file);
     Scene scene = format.load(file, options);

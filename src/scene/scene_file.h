@@ -43,8 +43,6 @@ std::span<const SceneFormat* const> sceneFormats();
 
 // Whether the extension is one of a known format.
 bool isSceneName(const std::filesystem::path& file);
-// The extensions of all formats as a list for people: ".gltf, .glb".
-std::string sceneExtensions();
 
 // Reads a scene as docs/conventions.md says; the format follows from the extension, else from how the file begins. Throws Error(Input).
 Scene loadScene(const std::filesystem::path& file, const LoadOptions& options = {});

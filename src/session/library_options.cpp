@@ -2,7 +2,6 @@
 #include "session/library_options.h"
 
 #include "base/error.h"
-#include "optimize/recovery_config.h"
 #include "session/option_values.h"
 
 #include <algorithm>
@@ -72,8 +71,6 @@ v1::RecoveryOptions recoveryOptions(const Options& options, std::uint32_t depth)
     }
     return recovery;
 }
-
-OptimizeConfig optimizeConfig(const Options& options) { return configOf(recoveryOptions(options, 0)); }
 
 CheckpointInterval checkpointInterval(const Options& options) {
     const std::string& text = options.checkpointEvery;

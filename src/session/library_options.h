@@ -1,7 +1,6 @@
 // The options as the library has them.
 #pragma once
 
-#include "optimize/optimize.h"
 #include "session/options.h"
 
 #include <cmpg/recovery.h>
@@ -16,8 +15,6 @@ v1::PathOptions pathOptions(const Options& options, std::uint32_t depth);
 
 // Without --param. Error(Usage) on rates that mean nothing.
 v1::RecoveryOptions recoveryOptions(const Options& options, std::uint32_t depth);
-// The same as the configuration of an optimisation, without targets.
-OptimizeConfig optimizeConfig(const Options& options);
 
 // What --checkpoint-every says: after so many steps, or so much time; both 0: never. Error(Usage) on what is neither.
 struct CheckpointInterval {

@@ -1,12 +1,6 @@
 // Everything a user can ask of the program: one struct, filled by the command line and by --config. option_table.h says what each option is.
 #pragma once
 
-#include "guiding/sampling.h"
-#include "optimize/losses.h"
-#include "optimize/optimizer.h"
-#include "render/pixel_sampling.h"
-#include "render/renderer.h"
-
 #include <cmpg/recovery.h>
 
 #include <cstdint>
@@ -54,9 +48,9 @@ struct Options {
     std::optional<std::uint32_t> train, trainSpp; // learning passes before the measured one, and their samples per pixel
     std::string saveGuide, loadGuide;
     std::uint64_t guideMemory = 64; // MiB
-    float guideShare = kGuideShare, rouletteEffort = kRouletteEffort;
-    std::uint32_t cellRecords = SdTreeConfig{}.cellRecords;
-    double directionShare = SdTreeConfig{}.directionShare, forgetting = SdTreeConfig{}.forgetting;
+    float guideShare = v1::GuideOptions{}.share, rouletteEffort = v1::GuideOptions{}.rouletteEffort;
+    std::uint32_t cellRecords = v1::GuideOptions{}.cellRecords;
+    double directionShare = v1::GuideOptions{}.directionShare, forgetting = v1::GuideOptions{}.forgetting;
     std::optional<PixelSampling> pixelSampling; // default: adjoint
 
     // render, gradient and optimize: sample until that error or time is reached

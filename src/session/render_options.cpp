@@ -15,6 +15,4 @@ RenderConfig renderConfig(const Options& options, const Scene& scene, const std:
     return config;
 }
 
-GuidedOptions guidedOptions(const Options& options) { return v1::guidedOptions(pathOptions(options, 0)); }
-
 } // namespace cmpg

@@ -1,14 +1,12 @@
 // The options as the renderer has them: for what builds on it and not on the library's surface.
 #pragma once
 
-#include "render/guided_passes.h"
+#include "render/renderer.h"
 #include "session/options.h"
 
 namespace cmpg {
 
 // How a renderer of the scene is built, as far as options say it.
 RenderConfig renderConfig(const Options& options, const Scene& scene, const std::vector<std::uint32_t>& differentiable);
-// How passes are drawn, as far as options say it.
-GuidedOptions guidedOptions(const Options& options);
 
 } // namespace cmpg

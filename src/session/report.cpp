@@ -37,16 +37,16 @@ void Report::addDevice(const Device& dev) {
     devicePeakBytes = dev.memory().peak;
 }
 
-void Report::addStatistics(const RenderStatistics& statistics) {
-    paths += statistics.paths;
-    rays += statistics.rays;
-    for (const auto& [kind, count] : statistics.dropped)
+void Report::add(const v1::PassReport& pass) {
+    paths += pass.paths;
+    rays += pass.rays;
+    for (const auto& [kind, count] : pass.dropped)
         dropped[kind] += count;
-    refusedSplits = std::max(refusedSplits, statistics.refusedSplits);
-    if (statistics.guided.empty())
+    refusedSplits = std::max(refusedSplits, pass.refusedSplits);
+    if (pass.depths.empty())
         return;
     auto& depths = extra["guided_by_depth"] = nlohmann::ordered_json::array();
-    for (const GuidedDepth& d : statistics.guided) {
+    for (const GuidedDepth& d : pass.depths) {
         const double drawn = double(std::max<std::uint64_t>(1, d.drawn)), guided = double(std::max<std::uint64_t>(1, d.guided));
         depths.push_back({{"directions", d.drawn}, {"guided", double(d.guided) / drawn}, {"dead", double(d.dead) / guided}, {"light_share", d.lightShare / drawn}});
     }

@@ -32,7 +32,7 @@ struct Report {
     explicit Report(const Options& options);
 
     void addDevice(const Device& device); // times and memory as they are now
-    void addStatistics(const RenderStatistics& statistics);
+    void add(const v1::PassReport& pass);          // costs and losses
     void warnOfLosses() const; // contributions dropped and splits refused
     // All fields named in the manual, then `extra`; not finite numbers become null.
     nlohmann::ordered_json toJson() const;

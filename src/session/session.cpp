@@ -46,7 +46,15 @@ const char* samplingName(Sampling sampling) {
 } // namespace
 
 Scene readScene(const Options& options) { return std::move(load(options, false).state()->scene); }
-Scene openScene(const Options& options) { return std::move(load(options, true).state()->scene); }
+v1::Scene openScene(const Options& options) { return load(options, true); }
+
+std::vector<std::string> parametersOf(const Options& options, const v1::Scene& scene) {
+    const Scene& host = scene.state()->scene;
+    std::vector<std::string> names;
+    for (const std::uint32_t p : selectParameters(host, options.param))
+        names.push_back(host.parameters[p].name);
+    return names;
+}
 
 View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like, int defaultWidth) {
     View view;
@@ -66,10 +74,7 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
 }
 
 Session::Session(const Options& options, Report& report)
-    : scene(load(options, true)), options_(options), report_(report), record_(options, report) {
-    for (const std::uint32_t p : selectParameters(host(), options.param))
-        parameters.push_back(host().parameters[p].name);
-}
+    : scene(openScene(options)), parameters(parametersOf(options, scene)), options_(options), report_(report), record_(options, report) {}
 
 const Scene& Session::host() const { return scene.state()->scene; }
 const Parameter& Session::parameter(std::size_t index) const { return host().parameters[host().parameter(parameters[index])]; }
@@ -91,12 +96,7 @@ void Session::begin(const View& view, const std::filesystem::path& folder) {
 }
 
 void Session::add(const v1::PassReport& pass) {
-    report_.addStatistics({.guided = pass.depths,
-                           .paths = pass.paths,
-                           .rays = pass.rays,
-                           .dropped = pass.dropped,
-                           .repeatedPasses = 0,
-                           .refusedSplits = pass.refusedSplits});
+    report_.add(pass);
     report_.seconds.guide += pass.learningSeconds;
 }
 

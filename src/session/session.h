@@ -12,7 +12,10 @@ namespace cmpg {
 // The scene of the options as it is in its file.
 Scene readScene(const Options& options);
 // The same with the values of --set; logs its warnings.
-Scene openScene(const Options& options);
+v1::Scene openScene(const Options& options);
+
+// Names of what --param selects; warns of what is left out.
+std::vector<std::string> parametersOf(const Options& options, const v1::Scene& scene);
 
 // The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
 // camera's aspect ratio. Error(Input) when `like` has another size than asked for.

@@ -1,6 +1,7 @@
 // --target: an image, and the camera it was taken by.
 #include "session/targets.h"
 
+#include "library/states.h"
 #include "scene/file_io.h"
 #include "scene/image.h"
 
@@ -35,6 +36,11 @@ CameraFile cameraFileOf(const Scene& scene, const std::string& text) {
 CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
     const CameraFile given = cameraFileOf(scene, text);
     return {given.camera, loadTarget(given.file, {.mask = options.mask, .exposure = options.targetExposure})};
+}
+
+v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text) {
+    const CameraFile given = cameraFileOf(scene.state()->scene, text);
+    return v1::Target::load(given.file, given.camera, options.mask, options.targetExposure);
 }
 
 } // namespace cmpg

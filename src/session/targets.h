@@ -5,6 +5,8 @@
 #include "scene/scene.h"
 #include "session/options.h"
 
+#include <cmpg/recovery.h>
+
 namespace cmpg {
 
 // Three channels, as the renderer takes an adjoint; of other images the first channel counts.
@@ -24,5 +26,7 @@ struct CameraTarget {
 };
 
 CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text);
+// The same for the library's surface: its camera is empty where it is the one of --camera.
+v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text);
 
 } // namespace cmpg

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/type_ptr.hpp>
 
 namespace cmpg::viewer {
 namespace {
@@ -12,13 +13,25 @@ constexpr glm::vec3 kUp{0, 1, 0};
 constexpr float kSteepest = 1.55f; // radians from level; the horizon is undefined at pi / 2
 
 glm::vec3 axis(const Camera& camera, int column) {
-    return glm::normalize(glm::vec3(camera.toWorld[column]));
+    return glm::normalize(glm::vec3(poseOf(camera)[column]));
+}
+
+void moveTo(Camera& camera, glm::vec3 eye) {
+    std::copy_n(glm::value_ptr(eye), 3, camera.toWorld.begin() + 12);
 }
 
 } // namespace
 
+glm::mat4 poseOf(const Camera& camera) {
+    return glm::make_mat4(camera.toWorld.data());
+}
+
+void setPose(Camera& camera, const glm::mat4& pose) {
+    std::copy_n(glm::value_ptr(pose), camera.toWorld.size(), camera.toWorld.begin());
+}
+
 glm::vec3 eyeOf(const Camera& camera) {
-    return glm::vec3(camera.toWorld[3]);
+    return glm::vec3(poseOf(camera)[3]);
 }
 
 glm::vec3 forwardOf(const Camera& camera) {
@@ -38,17 +51,17 @@ void orbit(Camera& camera, glm::vec3 pivot, float yaw, float pitch) {
     pitch = std::clamp(level + pitch, -steepest, steepest) - level;
     const glm::vec3 right = axis(camera, 0);
     const glm::mat4 turn = glm::rotate(glm::mat4(1), yaw, kUp) * glm::rotate(glm::mat4(1), pitch, right);
-    camera.toWorld = glm::translate(glm::mat4(1), pivot) * turn * glm::translate(glm::mat4(1), -pivot) * camera.toWorld;
+    setPose(camera, glm::translate(glm::mat4(1), pivot) * turn * glm::translate(glm::mat4(1), -pivot) * poseOf(camera));
 }
 
 void slide(Camera& camera, glm::vec3 distance) {
     const glm::vec3 by = axis(camera, 0) * distance.x + axis(camera, 1) * distance.y + forwardOf(camera) * distance.z;
-    camera.toWorld[3] += glm::vec4(by, 0);
+    moveTo(camera, eyeOf(camera) + by);
 }
 
 void approach(Camera& camera, glm::vec3 pivot, float factor) {
     const glm::vec3 eye = pivot + (eyeOf(camera) - pivot) * factor;
-    camera.toWorld[3] = glm::vec4(eye, 1);
+    moveTo(camera, eye);
     camera.ymag *= factor;
 }
 

@@ -1,10 +1,16 @@
 // Moving a camera: around a point, sideways, towards a point, and flying. World up is +y.
 #pragma once
 
-#include "scene/scene.h"
+#include <cmpg/scene.h>
+
+#include <glm/glm.hpp>
 
 namespace cmpg::viewer {
 
+using Camera = v1::CameraInfo;
+
+glm::mat4 poseOf(const Camera& camera); // Camera::toWorld
+void setPose(Camera& camera, const glm::mat4& pose);
 glm::vec3 eyeOf(const Camera& camera);
 glm::vec3 forwardOf(const Camera& camera);
 

@@ -1,12 +1,19 @@
 // What the window remembers besides the work.
 #include "viewer/desk.h"
 
-#include "scene/scene_file.h"
-#include "viewer/camera_control.h"
-
 #include <algorithm>
 
 namespace cmpg::viewer {
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string list;
+    for (const std::string& word : words)
+        list += (list.empty() ? "" : ", ") + word;
+    return list;
+}
+
+} // namespace
 
 void Desk::update() {
     state = session.state();
@@ -116,12 +123,13 @@ void Desk::open(const std::filesystem::path& file) {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
     fileError.clear();
-    if (isSceneName(file))
+    const std::vector<std::string> scenes = v1::Scene::extensions();
+    if (std::find(scenes.begin(), scenes.end(), ending) != scenes.end())
         session.openScene(file);
     else if (ending == ".exr" || ending == ".hdr" || ending == ".png" || ending == ".jpg" || ending == ".jpeg")
         session.openTarget(file.string());
     else
-        fileError = file.filename().string() + " is neither a scene (" + sceneExtensions() + ") nor a target (.exr .hdr .png .jpg)";
+        fileError = file.filename().string() + " is neither a scene (" + joined(scenes) + ") nor a target (.exr .hdr .png .jpg)";
 }
 
 } // namespace cmpg::viewer

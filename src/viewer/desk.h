@@ -2,6 +2,7 @@
 #pragma once
 
 #include "live/live_session.h"
+#include "viewer/camera_control.h"
 #include "viewer/layout.h"
 #include "viewer/picture_look.h"
 #include "viewer/picture_view.h"
@@ -52,7 +53,7 @@ struct Desk {
         std::uint32_t passes = 0, scene = 0;
         LiveMode mode = LiveMode::Render;
         std::uint32_t view = 0;
-        glm::mat4 eye{1};
+        std::array<float, 16> eye{};
     };
     std::optional<PickState> seenFrom;
     PickState pickState() const;

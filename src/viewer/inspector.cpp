@@ -24,8 +24,13 @@ double largest(const Image& map) {
 void saveMaps(Desk& desk, const LivePick& pick) {
     desk.fileError.clear();
     try {
-        const std::filesystem::path file = desk.fileFor("cell-" + std::to_string(pick.cell), ".png");
-        writePng(file, drawCell(*pick.guide, pick.cell, pick.weights[0], pick.weights[1]));
+        const v1::GuidePoint& guide = *pick.guide;
+        const std::filesystem::path file = desk.fileFor("cell-" + std::to_string(guide.cell), ".png");
+        v1::saveImage(file, drawCell({.number = guide.cell,
+                                      .weight = guide.weight,
+                                      .means = guide.means,
+                                      .weights = {guide.weights[0], guide.weights[1]},
+                                      .density = [&](const std::array<double, 3>& mixture, int edge) { return guide.density(mixture, edge); }}));
         desk.saved = "wrote " + file.string();
     } catch (const Error& error) {
         desk.fileError = error.what();
@@ -40,11 +45,11 @@ void drawFigures(Desk& desk, const LivePick& pick) {
     figure("point", text);
     if (!pick.guide)
         return;
-    figure("cell", std::to_string(pick.cell) + " of " + std::to_string(pick.cells));
+    figure("cell", std::to_string(pick.guide->cell) + " of " + std::to_string(pick.guide->cells));
     figure("records", shortNumber(pick.guide->records));
-    std::snprintf(text, sizeof text, "%.0f %%", 100 * pick.guideShare);
+    std::snprintf(text, sizeof text, "%.0f %%", 100 * pick.guide->guideShare);
     figure("guide draws", text);
-    std::snprintf(text, sizeof text, "%.0f %% P, %.0f %% D", 100 * pick.lightShare, 100 * (1 - pick.lightShare));
+    std::snprintf(text, sizeof text, "%.0f %% P, %.0f %% D", 100 * pick.guide->lightShare, 100 * (1 - pick.guide->lightShare));
     figure("mixture", text);
     if (ImGui::Button("Save the maps as PNG", {-1, 0}))
         saveMaps(desk, pick);

@@ -21,7 +21,7 @@ bool isMeasured(const LiveState& state, LivePicture picture) {
     return isSigned(picture) || picture == LivePicture::Depth || (picture == LivePicture::Parameter && state.picture(picture)->channels == 1);
 }
 
-const LiveScene::Item* shownParameter(const LiveState& state) {
+const v1::ParameterInfo* shownParameter(const LiveState& state) {
     if (!state.scene || state.settings.parameters.empty() || state.settings.parameters.front() >= state.scene->parameters.size())
         return nullptr;
     return &state.scene->parameters[state.settings.parameters.front()];
@@ -55,16 +55,16 @@ PictureLook Looks::of(const LiveState& state, LivePicture picture) const {
         look.factor = float(1 / look.scale);
         return look;
     }
-    const LiveScene::Item* const parameter = shownParameter(state);
+    const v1::ParameterInfo* const parameter = shownParameter(state);
     switch (picture) {
     case LivePicture::Parameter:
         if (state.picture(picture) && state.picture(picture)->channels == 1) {
             look.kind = gpu::kPanelScalar;
             look.scale = parameter && std::isfinite(parameter->highest) ? double(parameter->highest) : measured;
             look.factor = float(1 / look.scale);
-        } else if (parameter && parameter->kind == SlotKind::Normal) {
+        } else if (parameter && parameter->slot == "normal") {
             look.kind = gpu::kPanelDirection;
-        } else if (parameter && emitsLight(parameter->kind)) {
+        } else if (parameter && (parameter->slot == "emission" || parameter->slot == "radiance")) {
             look.factor = exposure;
         }
         break;

@@ -29,7 +29,7 @@ std::optional<glm::vec2> brightest(const Image& map) {
 }
 
 std::optional<glm::vec2> project(const Camera& camera, glm::vec3 point, int width, int height) {
-    const glm::vec3 local = glm::vec3(glm::inverse(camera.toWorld) * glm::vec4(point, 1));
+    const glm::vec3 local = glm::vec3(glm::inverse(poseOf(camera)) * glm::vec4(point, 1));
     const float aspect = float(width) / float(height);
     glm::vec2 plane; // up to 1 at the upper edge, up to the aspect ratio at the right one
     if (camera.orthographic) {

@@ -1,8 +1,9 @@
 // Directions on the maps of the guide, and where they lead in the image.
 #pragma once
 
-#include "scene/image.h"
-#include "scene/scene.h"
+#include "viewer/camera_control.h"
+
+#include <cmpg/image.h>
 
 #include <optional>
 

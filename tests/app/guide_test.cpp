@@ -1,10 +1,11 @@
 // The guide command: its figures against sums made here, its pictures, its exit codes.
 #include "app/commands.h"
-#include "imaging/guide_maps.h"
+#include "guiding/field/density_map.h"
 #include "lab/guide_statistics.h"
 #include "command_line.h"
 #include "guiding/guide_file.h"
 #include "guiding/samples.h"
+#include "scene/image.h"
 
 #include <algorithm>
 #include <cmath>

@@ -16,12 +16,12 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     Report report(o);
     report.kernels["trace_closest"] = {3, 0.5};
     report.dropped["film.nonfinite"] = 2;
-    RenderStatistics statistics;
+    v1::PassReport statistics;
     statistics.paths = 7;
     statistics.refusedSplits = 3;
-    report.addStatistics(statistics);
+    report.add(statistics);
     statistics.refusedSplits = 1; // of another renderer
-    report.addStatistics(statistics);
+    report.add(statistics);
     report.loss = {0.5, std::nan("")};
     report.outputs.emplace_back("gradient", "a.exr");
     const nlohmann::json json = nlohmann::json::parse(report.toJson().dump());

@@ -1,6 +1,7 @@
 // The command line, an argument a line, and after an empty line the file that --config run.json stands for. Parsed and checked, not run.
 #include "app/parse_options.h"
 #include "lab/compare_methods.h"
+#include "optimize/recovery_config.h"
 #include "session/library_options.h"
 #include "session/options.h"
 #include "fuzz.h"
@@ -45,7 +46,7 @@ void use(const Options& options) {
     fuzz::require(again.command == options.command && again.seed == options.seed, "a run reads the configuration it wrote");
     for (const std::uint32_t number : {options.effectiveSpp(), options.effectiveSppGradient(), options.effectiveTrainSpp(), options.effectiveDepth(8)})
         fuzz::require(number > 0, "numbers of samples and segments are positive");
-    optimizeConfig(options);
+    configOf(recoveryOptions(options, 0));
     checkpointInterval(options);
     parseMethods(options.methods, options);
 }

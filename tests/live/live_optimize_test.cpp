@@ -2,6 +2,7 @@
 #include "live_fixture.h"
 #include "scene/scene_file.h"
 
+#include "optimize/recovery_config.h"
 #include "optimize/renderer_model.h"
 #include "session/library_options.h"
 #include "session/parameter_values.h"
@@ -51,7 +52,7 @@ class LiveOptimize : public testing::Test {
         GuidedPasses passes(renderer, {.sampling = options_.sampling});
         passes.setLearning(true);
         RendererModel model(renderer, passes, {{&scene.cameras.front(), kEdge, kEdge}});
-        OptimizeConfig config = optimizeConfig(options_);
+        OptimizeConfig config = configOf(recoveryOptions(options_, 0));
         config.targets = {loadTarget(options_.target[0])};
         Optimization run(model, scene, config, parameters);
         std::vector<double> loss;

@@ -2,8 +2,8 @@
 #include "live_fixture.h"
 #include "scene/scene_file.h"
 
-#include "guiding/field/sd_tree.h"
-#include "live/camera_ray.h"
+#include "render/renderer.h"
+#include "scene/camera_ray.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -40,12 +40,14 @@ TEST(LivePick, FindsTheCellOfThePointAndItsDistributions) {
             ASSERT_TRUE(pick->hit); // the room is closed
             ASSERT_TRUE(pick->guide);
             EXPECT_FALSE(pick->material.empty());
-            EXPECT_LT(pick->cell, pick->cells);
-            const float distance = glm::length(pick->position - glm::vec3(state->settings.camera.toWorld[3]));
-            agree += std::abs(distance - *depth.at(x, y)) < 0.05f * distance && float(pick->cell) == *cells.at(x, y);
-            const double score = pick->weights[0] * pick->guide->total().primal + pick->weights[1] * pick->guide->total().plus + pick->weights[2] * pick->guide->total().minus;
-            EXPECT_NEAR(pick->lightShare, score > 0 && pick->guide->total().primal > 0 ? 0.25 : 0, 1e-12); // straight from the camera
-            EXPECT_EQ(pick->guideShare, score > 0 ? 0.5 : 0);
+            EXPECT_LT(pick->guide->cell, pick->guide->cells);
+            const auto& eye = state->settings.camera.toWorld;
+            const float distance = glm::length(pick->position - glm::vec3(eye[12], eye[13], eye[14]));
+            agree += std::abs(distance - *depth.at(x, y)) < 0.05f * distance && float(pick->guide->cell) == *cells.at(x, y);
+            const v1::GuidePoint& guide = *pick->guide;
+            const double score = guide.weights[0] * guide.means[0] + guide.weights[1] * guide.means[1] + guide.weights[2] * guide.means[2];
+            EXPECT_NEAR(guide.lightShare, score > 0 && guide.means[0] > 0 ? 0.25 : 0, 1e-12); // straight from the camera
+            EXPECT_EQ(guide.guideShare, score > 0 ? 0.5 : 0);
             withDerivative += score > 0;
             for (const auto& map : pick->maps) { // densities relative to the uniform one: their mean is 1, or 0 where nothing is known
                 const double mean = std::accumulate(map->values.begin(), map->values.end(), 0.0) / double(map->values.size());
@@ -93,7 +95,7 @@ TEST(LivePick, RaysAreThoseOfTheRenderer) {
     const View view{&scene.cameras.front(), kEdge, kEdge / 2};
     Layers layers;
     renderer.render(view, 256, {}, {}, nullptr, &layers);
-    const CameraRays rays(view);
+    const CameraRays rays(*view.camera, view.width, view.height);
     int near = 0;
     for (int y = 0; y < view.height; ++y)
         for (int x = 0; x < view.width; ++x) {

@@ -83,7 +83,7 @@ TEST(LiveRefine, AStormOfSettingsEndsWithTheLastOne) {
     live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image");
     for (int i = 0; i < 200; ++i)
         live->change([&](LiveSettings& s) {
-            s.camera.toWorld[3] += glm::vec4(0.001f, 0, 0, 0);
+            s.camera.toWorld[12] += 0.001f;
             s.width = 16 + i % 9;
             s.mode = i % 3 == 0 ? LiveMode::Gradient : LiveMode::Render;
             s.layers = i % 2 == 0;
@@ -101,7 +101,8 @@ TEST(LiveRefine, AStormOfSettingsEndsWithTheLastOne) {
     EXPECT_EQ(state->picture(LivePicture::Depth)->width, 20);
     Headless headless(options);
     Renderer renderer = headless.renderer({});
-    Camera moved = state->settings.camera;
+    Camera moved = headless.scene.cameras.front();
+    moved.toWorld[3].x = state->settings.camera.toWorld[12];
     headless.view.camera = &moved;
     headless.view.width = 20;
     Layers layers;
@@ -118,7 +119,7 @@ TEST(LiveRefine, NonsenseIsBroughtIntoRange) {
     live->change([](LiveSettings& s) {
         s.width = -5;
         s.camera.yfov = std::nanf("");
-        s.camera.toWorld[3][1] = INFINITY;
+        s.camera.toWorld[13] = INFINITY;
         s.parameters = {0, 0, 100000};
         s.rateFactor = std::nanf("");
         s.sppLimit = 0;

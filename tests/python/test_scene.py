@@ -39,6 +39,14 @@ def test_describes_its_parameters(scene):
     assert scene.cameras == {"front": 1.0, "corner": 1.0}
 
 
+def test_picks_what_a_camera_sees(scene):
+    point = scene.pick(32, 32, camera="front", width=64, height=64)
+    assert f"{point.material}.baseColor" in scene.parameters
+    assert point.distance > 0 and abs(sum(n * n for n in point.normal) - 1) < 1e-5
+    with pytest.raises(cmpg.UsageError):
+        scene.pick(0, 0, camera="nobody")
+
+
 def test_copies_have_values_of_their_own(scene):
     other = scene.copy()
     other[PAINTING] = 0

@@ -11,7 +11,7 @@ namespace {
 
 Camera lookingAt(glm::vec3 eye, glm::vec3 point) {
     Camera camera;
-    camera.toWorld = glm::inverse(glm::lookAt(eye, point, glm::vec3(0, 1, 0)));
+    setPose(camera, glm::inverse(glm::lookAt(eye, point, glm::vec3(0, 1, 0))));
     return camera;
 }
 
@@ -24,8 +24,8 @@ TEST(CameraControl, OrbitKeepsDistanceAndHorizon) {
     for (int i = 0; i < 500; ++i) {
         orbit(camera, pivot, angle(random), angle(random));
         ASSERT_NEAR(glm::length(eyeOf(camera) - pivot), distance, 2e-3f * distance);
-        ASSERT_NEAR(glm::normalize(glm::vec3(camera.toWorld[0])).y, 0, 2e-3f); // right stays level
-        ASSERT_GT(glm::normalize(glm::vec3(camera.toWorld[1])).y, 0);          // and up is up
+        ASSERT_NEAR(glm::normalize(glm::vec3(poseOf(camera)[0])).y, 0, 2e-3f); // right stays level
+        ASSERT_GT(glm::normalize(glm::vec3(poseOf(camera)[1])).y, 0);          // and up is up
     }
     EXPECT_LT(glm::length(glm::normalize(pivot - eyeOf(camera)) - forwardOf(camera)), 1e-2f); // still in the middle
 }

@@ -1,9 +1,11 @@
 // An image in the window: where it stands and how its values become colours. Drawn under the interface.
 #pragma once
 
-#include "scene/image.h"
 #include "shared/panel.h"
 
+#include <cmpg/image.h>
+
+#include <glm/glm.hpp>
 #include <memory>
 
 namespace cmpg::viewer {

@@ -1,8 +1,9 @@
 // An image in the memory of the device that draws.
 #pragma once
 
-#include "scene/image.h"
 #include "viewer/present/graphics_device.h"
+
+#include <cmpg/image.h>
 
 namespace cmpg::viewer {
 

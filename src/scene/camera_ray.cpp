@@ -1,5 +1,5 @@
 // Rays of a camera and what they hit first, on the host.
-#include "live/camera_ray.h"
+#include "scene/camera_ray.h"
 
 #include "base/parallel.h"
 
@@ -69,8 +69,7 @@ void intersect(const Scene& scene, const CameraRays::Ray& ray, std::uint32_t ind
 
 } // namespace
 
-CameraRays::CameraRays(const View& view) : width_(view.width), height_(view.height), orthographic_(view.camera->orthographic) {
-    const Camera& c = *view.camera;
+CameraRays::CameraRays(const Camera& c, int width, int height) : width_(width), height_(height), orthographic_(c.orthographic) {
     const glm::mat3 axes(c.toWorld);
     const float halfHeight = orthographic_ ? c.ymag : std::tan(0.5f * c.yfov);
     origin_ = glm::vec3(c.toWorld[3]);

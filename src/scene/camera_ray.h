@@ -1,16 +1,16 @@
 // Rays of a camera and what they hit first, on the host: for single pixels.
 #pragma once
 
-#include "render/renderer.h"
+#include "scene/scene.h"
 
 #include <optional>
 
 namespace cmpg {
 
-// The rays through the pixels of a view, as generate_rays makes them.
+// The rays through the pixels of a camera's picture, as generate_rays makes them.
 class CameraRays {
   public:
-    explicit CameraRays(const View& view);
+    CameraRays(const Camera& camera, int width, int height);
     struct Ray {
         glm::vec3 origin, direction; // unit length
     };
