@@ -245,28 +245,25 @@ void SceneBuffers::uploadSlots(Device& device) {
             s.packedScale = glm::vec4(p.scale, 0);
             s.packedBias = glm::vec4(p.bias, 0);
         }
+    const auto fill = [&](gpu::GpuSlot& s, const auto& texture, std::uint32_t flags, std::size_t texels, std::uint32_t& at) {
+        s.offset = at;
+        s.width = texture.width;
+        s.height = texture.height;
+        s.flags = sampling(texture) | flags;
+        place(s, texture.uvTransform);
+        at += std::uint32_t(texels);
+    };
     std::uint32_t at = alphaPlace_;
     for (const std::uint32_t texture : alphaTexturesUp_) {
         const AlphaTexture& a = scene_.alphaTextures[texture];
         gpu::GpuSlot& s = slots[alphaSlot_[texture]];
-        s.offset = at;
-        s.width = a.width;
-        s.height = a.height;
-        s.flags = sampling(a) | gpu::kSlotScalar | gpu::kSlotPacked;
-        place(s, a.uvTransform);
+        fill(s, a, gpu::kSlotScalar | gpu::kSlotPacked, a.alpha.size(), at);
         s.packedScale = glm::vec4(1);
-        at += std::uint32_t(a.alpha.size());
     }
     at = directionPlace_;
     for (const std::uint32_t texture : directionTexturesUp_) {
         const DirectionTexture& d = scene_.directionTextures[texture];
-        gpu::GpuSlot& s = slots[directionSlot_[texture]];
-        s.offset = at;
-        s.width = d.width;
-        s.height = d.height;
-        s.flags = sampling(d);
-        place(s, d.uvTransform);
-        at += std::uint32_t(d.directions.size());
+        fill(slots[directionSlot_[texture]], d, 0, d.directions.size(), at);
     }
     slots_ = Buffer(device, "material slots", std::max<std::size_t>(1, slots.size()) * sizeof(gpu::GpuSlot), MemoryKind::Scene, Texel::Rgba32ui);
     slots_.uploadAll(slots);
