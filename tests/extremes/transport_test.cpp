@@ -146,7 +146,8 @@ TEST(ExtremeTransport, Depth) {
         const double rho = double(s.scene.parameters[s.scene.select("*.baseColor").at(0)].values[0]);
         const double emitted = double(s.scene.parameters[s.scene.select("*.emission").at(0)].values[0]);
         const double truth = emitted * (1 - std::pow(rho, depth)) / (1 - rho);
-        const MeanError mean = meanOver(s, viewOf(s.scene, 8, 8), 32, 8);
+        // Of eight passes the standard error itself is off by a quarter: four of them would be exceeded once in two hundred times.
+        const MeanError mean = meanOver(s, viewOf(s.scene, 8, 8), 32, 64);
         bias.add(mean.mean, mean.standardError, truth, 1e-5 * truth, [&] { return "depth " + std::to_string(depth) + ": " + std::to_string(mean.mean) + " truth " + std::to_string(truth); });
         EXPECT_EQ(dropped(s), 0u);
     }
