@@ -1,0 +1,131 @@
+"""Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane before a picture."""
+import math
+import random
+
+from beside_mitsuba import root  # also makes scenes/ importable
+
+import images
+from generate import facing
+from gltf import REPEAT, Gltf, Mesh
+
+
+def clouds(u, v):
+    """Smooth waves of many lengths, nothing like the drawings of the bundled scenes."""
+    waves = ((1, 2, 0.3), (3, 1, 1.1), (5, 4, 2.0), (9, 7, 0.7), (16, 13, 1.9), (23, 29, 0.1))
+    a = 0.5 + 0.18 * sum(math.sin(2 * math.pi * (x * u + y * v) + phase) / (i + 1) for i, (x, y, phase) in enumerate(waves))
+    b = 0.5 + 0.2 * math.sin(2 * math.pi * (2 * u - 3 * v)) * math.cos(9 * u)
+    return tuple(255 * min(1, max(0, c)) for c in (a, 0.6 * a + 0.3 * b, 0.8 * b))
+
+
+def letters(u, v):
+    """Dark strokes on a pale ground, some narrower than a pixel of a small image."""
+    column, row, x, y = int(u * 10), int(v * 12), u * 10 % 1, v * 12 % 1
+    kind = (column * 7919 + row * 104729 + column * row * 31) % 5
+    ink = 0.15 < y < 0.8 and (x < 0.3, abs(x - 0.5) < 0.15, y < 0.4, abs(x - y) < 0.2, False)[kind]
+    return (25, 25, 40) if ink else (238, 232, 215)
+
+
+def texture(g, picture, width=64, height=64, **more):
+    return g.texture("picture.png", images.Picture(width, height, picture).png(), **more)
+
+
+def window():
+    """A room that is dim beside what its window shows: a sky, and a sun that reaches a patch of the floor and a metal ball."""
+    g = Gltf(max_depth=8)
+
+    def sky(u, v):
+        elevation = math.pi * (0.5 - v)
+        glow = math.exp(-4 * elevation)
+        return (2 + 3 * glow, 3 + 2 * glow, 5) if elevation >= 0 else (0.3, 0.28, 0.22)
+
+    outside = images.Picture(128, 64, sky)
+    for row in (16, 17):
+        for column in (30, 31):
+            outside.rows[row][column] = (4000.0, 3600.0, 3000.0)
+    g.environment("sky.exr", outside.exr())
+    g.material("picture", texture=texture(g, clouds))
+    g.material("wall", (0.75, 0.72, 0.68))
+    g.material("floor", (0.40, 0.28, 0.18))
+    g.material("ball", (0.8, 0.8, 0.82), metallic=1, roughness=0.15)
+    g.mesh("floor", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "floor")
+    walls = Mesh().quad((-2, 2.5, -2), (2, 2.5, -2), (2, 2.5, 2), (-2, 2.5, 2)).quad((-2, 0, -2), (2, 0, -2), (2, 2.5, -2), (-2, 2.5, -2))
+    walls.quad((2, 0, 2), (-2, 0, 2), (-2, 2.5, 2), (2, 2.5, 2)).quad((-2, 0, 2), (-2, 0, -2), (-2, 2.5, -2), (-2, 2.5, 2))
+    walls.box((2, 0, -2), (2.15, 0.9, 2), without="y-").box((2, 2, -2), (2.15, 2.5, 2), without="y+")
+    walls.box((2, 0.9, -2), (2.15, 2, -1)).box((2, 0.9, 0.4), (2.15, 2, 2))
+    g.mesh("walls", walls, "wall")
+    g.mesh("picture", Mesh().quad((-1.2, 0.6, -1.98), (0.4, 0.6, -1.98), (0.4, 2, -1.98), (-1.2, 2, -1.98)), "picture")
+    g.mesh("ball", Mesh().sphere((0.9, 0.4, -1.0), 0.4), "ball")
+    g.camera("room", (-1.6, 1.4, 1.8), (0.5, 1.15, -1.6), 62)
+    return g
+
+
+def globe():
+    """A glossy ball under an open sky, seen from eight sides."""
+    g = Gltf(max_depth=6)
+    sky = images.Picture(128, 64, lambda u, v: (0.6, 0.8, 1.2) if v < 0.5 else (0.3, 0.25, 0.2))
+    for column in (40, 41):
+        sky.rows[14][column] = (800.0, 700.0, 600.0)
+    g.environment("sky.exr", sky.exr())
+    g.material("globe", texture=texture(g, clouds, 128, wrap=REPEAT), roughness=0.4, specular=1)
+    g.material("ground", (0.35, 0.4, 0.3))
+    g.mesh("ground", Mesh().quad((-20, -1, 20), (20, -1, 20), (20, -1, -20), (-20, -1, -20)), "ground")
+    g.mesh("globe", Mesh().sphere((0, 0, 0), 1, 64, 32), "globe")
+    for i in range(8):
+        a = math.pi * i / 4
+        g.camera(f"side{i}", (3.6 * math.cos(a), 0.9 * math.sin(3 * a) + 0.7, 3.6 * math.sin(a)), (0, 0, 0), 38)
+    return g
+
+
+def showcase():
+    """Letters behind a pane: no light sample gets through it."""
+    g = Gltf(max_depth=8)
+    g.material("picture", texture=texture(g, letters))
+    g.material("white", (0.7, 0.7, 0.7))
+    g.material("dark", (0.1, 0.1, 0.12))
+    g.material("light", (0.2, 0.2, 0.2), emission=(30, 28, 25))
+    g.material("pane", (0.97, 0.99, 1), roughness=0, specular=1, glass="pane", ior=1.5)
+    g.mesh("floor", Mesh().quad((-3, 0, 3), (3, 0, 3), (3, 0, -1), (-3, 0, -1)), "dark")
+    g.mesh("room", Mesh().quad((-3, 0, -1), (3, 0, -1), (3, 3, -1), (-3, 3, -1)).quad((-3, 3, -1), (3, 3, -1), (3, 3, 3), (-3, 3, 3)), "white")
+    g.mesh("picture", Mesh().quad((-0.8, 0.6, -0.9), (0.8, 0.6, -0.9), (0.8, 2.2, -0.9), (-0.8, 2.2, -0.9)), "picture")
+    g.mesh("pane", Mesh().quad((-0.85, 0.55, -0.7), (0.85, 0.55, -0.7), (0.85, 2.25, -0.7), (-0.85, 2.25, -0.7)), "pane")
+    g.mesh("light", Mesh().quad((-1.5, 2.98, 0.4), (-0.9, 2.98, 0.4), (-0.9, 2.98, 1), (-1.5, 2.98, 1)), "light")
+    g.camera("front", (0.4, 1.3, 2.6), (0, 1.35, -0.9), 46)
+    return g
+
+
+def screen():
+    """A screen is the only light of a room: what it shows is what is unknown."""
+    g = Gltf(max_depth=6)
+    g.material("screen", (0.05, 0.05, 0.05), emission=(4, 4, 4), emission_texture=texture(g, clouds))
+    g.material("white", (0.7, 0.7, 0.7))
+    g.material("box", (0.6, 0.3, 0.2))
+    g.mesh("room", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)).quad((-2, 0, -2), (2, 0, -2), (2, 2.5, -2), (-2, 2.5, -2))
+           .quad((-2, 0, 2), (-2, 0, -2), (-2, 2.5, -2), (-2, 2.5, 2)), "white")
+    g.mesh("screen", Mesh().quad((-1, 0.5, -1.9), (1, 0.5, -1.9), (1, 1.9, -1.9), (-1, 1.9, -1.9)), "screen")
+    g.mesh("box", Mesh().box((0.3, 0, -1), (0.9, 0.6, -0.4)), "box")
+    g.camera("front", (0.8, 1.3, 2.8), (0, 0.9, -1.5), 50)
+    return g
+
+
+def lamps():
+    """24 lamps of very different strength over a floor with columns."""
+    g, random_ = Gltf(max_depth=6), random.Random(3)  # equal on every run
+    uniform = random_.uniform
+    g.material("floor", texture=texture(g, clouds))
+    g.material("column", (0.6, 0.6, 0.58))
+    g.material("wall", (0.5, 0.5, 0.55))
+    g.mesh("floor", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "floor")
+    g.mesh("wall", Mesh().quad((-2, 0, -2), (2, 0, -2), (2, 2.5, -2), (-2, 2.5, -2)), "wall")
+    for i in range(24):
+        strength = 10 ** uniform(-0.5, 1.8)
+        g.material(f"lamp{i}", (0.1, 0.1, 0.1), emission=tuple(strength * uniform(0.4, 1) for _ in range(3)))
+        place, target = (uniform(-2, 2), uniform(0.8, 2.3), uniform(-2, 1.5)), (uniform(-1, 1), 0, uniform(-1, 1))
+        g.mesh(f"lamp{i}", facing(place, target, uniform(0.02, 0.1)), f"lamp{i}")
+    for i in range(6):
+        x, z = uniform(-1.6, 1.6), uniform(-1.6, 1.2)
+        g.mesh(f"column{i}", Mesh().box((x - 0.1, 0, z - 0.1), (x + 0.1, 1.2, z + 0.1)), "column")
+    g.camera("front", (0.2, 2.4, 3.6), (0, 0.1, 0), 42)
+    return g
+
+
+GENERATED = {f.__name__: f for f in (window, globe, showcase, screen, lamps)}
