@@ -7,8 +7,7 @@ import sys
 root = pathlib.Path(__file__).resolve().parent.parent
 source = root / "src"
 
-# What stands behind include/cmpg, and who may include which of it. All that is not named here includes none. A place counts for what lies in it;
-# the longest that fits a file holds.
+# The folders behind include/cmpg, and who may include what of them. A rule is for all files of a folder; the most specific rule of a file applies.
 behind = ("scene", "guiding", "render", "optimize", "library", "vk")
 allowed = {
     **{f"src/{folder}": behind for folder in behind},

@@ -10,11 +10,12 @@ namespace {
 class Watched {
   public:
     // Events of `steps` steps like this.
-    std::vector<std::string> steps(int count, double norm, double loss, double concentration = 0.01) {
+    std::vector<std::string> steps(int count, double norm, double loss, double concentration = 0.01, double lossError = 0) {
         std::vector<std::string> events;
         for (int i = 0; i < count; ++i) {
             StepReport report;
             report.loss = loss;
+            report.lossError = lossError;
             report.gradientNorm = {norm * (0.5 + uniform_(random_))};
             report.concentration = concentration;
             for (const v1::Warning& f : watch_.observe(report)) {
@@ -57,6 +58,16 @@ TEST(GradientWatch, TellsOnceOfExplosions) {
     EXPECT_EQ(other.steps(40, 1, 1), Events{"gradients_explode"}); // a loss that left its minimum
     EXPECT_EQ(other.steps(40, 1, 0.01), Events());
     EXPECT_EQ(other.steps(40, 1, 1), Events{"gradients_explode"}); // once more, after it was over
+}
+
+// At the end of a good run a loss without bias is what is left of its noise: a small number, whatever multiple of the lowest.
+TEST(GradientWatch, IsSilentWhereNoiseIsAllThatIsLeft) {
+    Watched run;
+    EXPECT_EQ(run.steps(40, 1, 1e-6, 0.01, 5e-5), Events());
+    EXPECT_EQ(run.steps(40, 1, 1e-4, 0.01, 5e-5), Events());
+    Watched precise;
+    EXPECT_EQ(precise.steps(40, 1, 1e-6, 0.01, 1e-6), Events());
+    EXPECT_EQ(precise.steps(40, 1, 1e-4, 0.01, 1e-6), Events{"gradients_explode"});
 }
 
 TEST(GradientWatch, TellsOfStalls) {
