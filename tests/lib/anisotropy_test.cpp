@@ -2,7 +2,8 @@
 // compared with Mitsuba's in lobes_test.cpp and rough_dielectric_test.cpp.
 #include "evaluate.h"
 
-#include "hemisphere_mesh.h"
+#include "central_difference.h"
+#include "drawn_directions.h"
 #include "shader_double.h"
 
 #include <cmath>
@@ -115,12 +116,6 @@ TEST(Anisotropy, FloatAgreesWithDouble) {
             ASSERT_NEAR(f.anisotropy[c], d.anisotropy[c], 1e-4 * d.value[c] * 4 / alpha) << i;
         }
     }
-}
-
-// Richardson's combination of two central differences.
-glm::dvec3 difference(const std::function<glm::dvec3(double)>& f, double step) {
-    const auto central = [&](double h) { return (f(h) - f(-h)) / (2 * h); };
-    return (4.0 * central(step / 2) - central(step)) / 3.0;
 }
 
 TEST(Anisotropy, DerivativesAgreeWithCentralDifferences) {

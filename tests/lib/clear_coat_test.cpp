@@ -1,7 +1,8 @@
 // The clear coat: its formula in double precision, derivatives, sampling, energy.
 #include "evaluate.h"
 
-#include "hemisphere_mesh.h"
+#include "central_difference.h"
+#include "drawn_directions.h"
 #include "shader_double.h"
 
 #include <cmath>
@@ -84,12 +85,6 @@ TEST(ClearCoat, FloatAgreesWithDouble) {
             ASSERT_NEAR(f.clearcoatRoughness[c], d.clearcoatRoughness[c], 1e-4 * d.value[c] * 4 * q.clearcoatRoughness / alpha) << i;
         }
     }
-}
-
-// Richardson's combination of two central differences.
-glm::dvec3 difference(const std::function<glm::dvec3(double)>& f, double step) {
-    const auto central = [&](double h) { return (f(h) - f(-h)) / (2 * h); };
-    return (4.0 * central(step / 2) - central(step)) / 3.0;
 }
 
 TEST(ClearCoat, DerivativesAgreeWithCentralDifferences) {
