@@ -74,6 +74,8 @@ struct LiveScene {
 struct LivePick {
     std::uint32_t number = 0; // counts picks
     int x = 0, y = 0;         // pixel
+    LiveSettings settings;    // in force when it was answered
+    std::uint32_t guidePasses = 0; // what the guide had learned from then
     bool hit = false;         // all below only where something was hit
     glm::vec3 position{0}, normal{0}; // coordinates as the cameras'; the triangle's normal, towards the camera
     std::string material;

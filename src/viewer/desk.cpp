@@ -23,7 +23,6 @@ void Desk::update() {
     }
     if (state->pick && state->pick->number != seenPick) {
         seenPick = state->pick->number;
-        seenFrom = pickState();
         if (state->pick->hit && state->scene) {
             pivot = state->pick->position;
             pivotScene = state->scene->number;
@@ -34,18 +33,18 @@ void Desk::update() {
 
 // What the guide learned since is worth another look, from where the first one was.
 void Desk::refreshPick() {
-    if (!inspector || !state->pick || !state->pick->hit || !seenFrom)
+    if (!inspector || !state->pick || !state->pick->hit)
         return;
-    const PickState now = pickState();
-    if (now.passes == seenFrom->passes || now.scene != seenFrom->scene || now.mode != seenFrom->mode || now.view != seenFrom->view ||
-        (camera() && now.eye != seenFrom->eye))
+    const LivePick& pick = *state->pick;
+    const LiveSettings &now = state->settings, &then = pick.settings;
+    if (state->guidePasses == pick.guidePasses || now.scene != then.scene || now.mode != then.mode || now.view != then.view ||
+        (camera() && now.camera.toWorld != then.camera.toWorld))
         return;
-    seenFrom = now;
-    session.pick(state->pick->x, state->pick->y);
-}
-
-Desk::PickState Desk::pickState() const {
-    return {state->guidePasses, state->scene ? state->scene->number : 0, state->settings.mode, state->settings.view, state->settings.camera.toWorld};
+    if (refreshedPick == pick.number && refreshedPasses == state->guidePasses)
+        return; // its answer is under way
+    refreshedPick = pick.number;
+    refreshedPasses = state->guidePasses;
+    session.pick(pick.x, pick.y);
 }
 
 glm::vec3 Desk::pivotOf(const Camera& camera) const {

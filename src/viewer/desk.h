@@ -38,6 +38,7 @@ struct Desk {
     bool layers = false, cells = false; // more panels; cells of the guide over the image
     bool help = false, inspector = false;
     std::uint32_t seenPick = 0, closedError = 0;
+    std::uint32_t refreshedPick = 0, refreshedPasses = 0; // the pick that was asked for again, and what the guide had learned from then
     float fill = 0.5f; // what a recovery starts from
     std::optional<glm::vec3> direction, directionFound; // under the cursor in a map of the guide: last frame, this frame
     std::string folder = ".";
@@ -47,16 +48,6 @@ struct Desk {
 
     void update(); // takes over the latest state
     void refreshPick();
-
-    // What the point of a pick depends on, and how much the guide had learned.
-    struct PickState {
-        std::uint32_t passes = 0, scene = 0;
-        LiveMode mode = LiveMode::Render;
-        std::uint32_t view = 0;
-        std::array<float, 16> eye{};
-    };
-    std::optional<PickState> seenFrom;
-    PickState pickState() const;
 
     bool camera() const { return state->settings.mode != LiveMode::Optimize; } // it can be moved
     glm::vec3 pivotOf(const Camera& camera) const;
