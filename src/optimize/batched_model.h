@@ -24,6 +24,8 @@ class BatchedModel final : public ImageModel {
         return inner_.renderHalves(view, spp, key, difference, counts);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
+    Sampling imageMethod() const override { return inner_.imageMethod(); }
+    double imageVariance(Sampling method) const override { return inner_.imageVariance(method); }
     Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.picture(view, spp, key); }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {

@@ -71,6 +71,7 @@ void put(ByteWriter& out, const RunningImage& image) {
     out.put(image.samples);
     out.put(image.paths);
     out.put(image.worth);
+    out.put(std::uint32_t(image.method));
     out.put(image.differenceVariance);
     out.put(image.covariance);
     out.put(image.differences);
@@ -92,6 +93,9 @@ RunningImage getRunningImage(ByteReader& in) {
     image.worth = in.reals<float>();
     if (image.worth.size() != std::uint64_t(width) * height || !std::all_of(image.worth.begin(), image.worth.end(), [](float w) { return w > 0 && std::isfinite(w); }))
         throw Malformed{"the samples that an image is worth do not fit"};
+    image.method = Sampling(in.get<std::uint32_t>());
+    if (image.method > Sampling::Auto)
+        throw Malformed{"an image was drawn by an unknown method"};
     image.differenceVariance = in.figure("the variance of a difference");
     image.covariance = in.real();
     if (!std::isfinite(image.covariance))
@@ -145,7 +149,7 @@ OptimizeState getState(ByteReader& in) {
 }
 
 std::vector<RunningImage> getImages(ByteReader& in) {
-    std::vector<RunningImage> images(in.count(2 * 4 + 2 * 8 + 4 + 8 + 8 + 2 * 8 + 4));
+    std::vector<RunningImage> images(in.count(2 * 4 + 2 * 8 + 4 + 8 + 8 + 4 + 2 * 8 + 4));
     for (RunningImage& image : images)
         image = getRunningImage(in);
     return images;

@@ -18,13 +18,15 @@ class ImageModel {
     // `counts`: as in GuidedPasses::renderHalves().
     virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) = 0;
     virtual void setSecondValues(std::uint32_t parameter, std::span<const float> values) = 0;
+    // How the next of these images are drawn, and what those so far tell of the variance of one sample by a method. 0: not known.
+    virtual Sampling imageMethod() const { return Sampling::Bsdf; }
+    virtual double imageVariance(Sampling /*method*/) const { return 0; }
     // An image to keep, which no later pass depends on.
     virtual Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) { return render(view, spp, key); }
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order, from `spp` samples
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                   std::vector<std::vector<double>>& gradients) = 0;
-    // Of the last derivative pass: share of its few largest samples in the sum of all squares; 0 where it is not known.
     // The same, but no later pass depends on it.
     virtual std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                        std::vector<std::vector<double>>& gradients) {
@@ -34,6 +36,7 @@ class ImageModel {
     // differ.
     virtual std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                         std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half) = 0;
+    // Of the last derivative pass: share of its few largest samples in the sum of all squares; 0 where it is not known.
     virtual double concentration() const { return 0; }
     virtual void setParameter(std::uint32_t parameter, std::span<const float> values) = 0;
     // After the passes of a step, before its update: the model may learn from them.

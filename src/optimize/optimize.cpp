@@ -193,11 +193,15 @@ RunningImage Optimization::image(std::size_t view, const Target& target, std::ui
     const bool first = image.empty();
     key.firstSample = image.samples;
     const std::uint32_t spp = first ? config_.spp : imageSamples(view, target);
-    if (!first)
+    const Sampling method = model_.imageMethod();
+    if (!first) {
         setImageValues(view);
+        if (const double before = model_.imageVariance(image.method), now = model_.imageVariance(method); method != image.method && before > 0 && now > 0)
+            image.changeMethod(method, now / before);
+    }
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)
-        image.begin(std::move(halves));
+        image.begin(std::move(halves), method);
     else
         image.advance(halves, shares_[view], changeSquared(view));
     return image;

@@ -53,7 +53,9 @@ TextureGrid gridOf(const Parameter& parameter) {
 } // namespace
 
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon) {
-    const auto [width, height, channels, wrapU, wrapV] = gridOf(parameter);
+    const TextureGrid grid = gridOf(parameter);
+    const std::size_t width = grid.width, height = grid.height, channels = grid.channels;
+    const bool wrapU = grid.wrapU, wrapV = grid.wrapV; // by names of their own: not every compiler lets a lambda take those of a binding
     const std::size_t row = width * channels;
     const double scale = weight / double(parameter.entries());
 

@@ -21,6 +21,8 @@ class RendererModel final : public ImageModel {
         return passes_.renderHalves(views_.at(view), spp, key, difference, counts);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { renderer_.setSecondValues(parameter, values); }
+    Sampling imageMethod() const override { return passes_.imageMethod(); }
+    double imageVariance(Sampling method) const override { return passes_.imageVariance(method); }
     Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.picture(views_.at(view), spp, key); }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -57,14 +58,21 @@ void RunningImage::drop() {
     samples = before;
 }
 
-void RunningImage::begin(ImageHalves halves) {
+void RunningImage::begin(ImageHalves halves, Sampling drawnBy) {
     drop();
+    method = drawnBy;
     const std::size_t pixels = halves.half[0].image.pixels();
     samples += halves.samples;
     paths = pathsOf(halves, pixels);
     for (std::size_t p = 0; p < pixels; ++p)
         worth.push_back(float(halves.count(p)));
     half = {std::move(halves.half[0].image), std::move(halves.half[1].image)};
+}
+
+void RunningImage::changeMethod(Sampling to, double ratio) {
+    method = to;
+    for (float& pixel : worth)
+        pixel = std::max(float(pixel * ratio), std::numeric_limits<float>::min());
 }
 
 void RunningImage::advance(const ImageHalves& halves, std::span<const float> shares, double change) {

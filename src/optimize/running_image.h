@@ -18,7 +18,8 @@ struct RunningImage {
     std::array<Image, 2> half;
     std::uint32_t samples = 0; // of a half so far, of the pixel with most: its next ones continue the sequence
     std::uint64_t paths = 0;   // of both halves in the last step
-    std::vector<float> worth;  // by pixel: samples whose mean has the variance of a half
+    std::vector<float> worth;  // by pixel: samples whose mean has the variance of a half, drawn by `method`
+    Sampling method = Sampling::Bsdf;
     // In units of the variance of I, of a sample each, averaged over the steps so far: the variance of D for a change of the parameters of mean square
     // 1, and its covariance with I for one of 1.
     double differenceVariance = 4, covariance = 0;
@@ -28,8 +29,11 @@ struct RunningImage {
     // Of an image of so many pixels, with the shares of its samples (OptimizeState::pixelShares).
     static std::size_t bytes(std::size_t pixels) { return pixels * (2 * 3 + 1 + 1) * sizeof(float); }
     // The first image, or the first after drop(), with random numbers that follow those of the images before.
-    void begin(ImageHalves halves);
+    void begin(ImageHalves halves, Sampling drawnBy = Sampling::Bsdf);
     void drop(); // of memory
+    // Those of step t are drawn by another method, whose samples have `ratio` times the variance of those so far. Known from earlier steps, as weights must
+    // not look at the noise of step t.
+    void changeMethod(Sampling to, double ratio);
     // Those of step t. `shares`: by pixel, how much it matters in the averages; empty: all alike. `change`: mean square of how far the parameters went.
     void advance(const ImageHalves& halves, std::span<const float> shares, double change);
     Image mean() const;

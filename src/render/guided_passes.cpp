@@ -35,6 +35,24 @@ AdjointNorms norms(const Image& adjoint) {
 
 double raysPerPath(const PassResult& result) { return double(result.rays) / double(result.paths); }
 
+// Over the pixels of an image in two halves: the variance of a sample, by how the halves differ, and the value; means over the channels. However few
+// pixels share the variance: where a few bright paths are the noise, a guide brings most.
+struct HalvesSum {
+    double variance = 0, mean = 0;
+};
+HalvesSum sumOf(const ImageHalves& halves) {
+    HalvesSum sum;
+    const Image &a = halves.half[0].image, &b = halves.half[1].image;
+    for (std::size_t i = 0; i < a.values.size(); ++i) {
+        const double difference = double(a.values[i]) - b.values[i];
+        if (!std::isfinite(difference))
+            continue;
+        sum.variance += halves.count(i / 3) * difference * difference / 6;
+        sum.mean += (double(a.values[i]) + b.values[i]) / 6;
+    }
+    return sum;
+}
+
 // Two results of one pass with numbers of their own, whose variance moments of single paths put at `moments`.
 void compareHalves(SamplingChoice& choice, const SamplingMethod& method, const std::vector<std::vector<double>>& a,
                    const std::vector<std::vector<double>>& b, double moments) {
@@ -231,13 +249,21 @@ ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, cons
     }
     p.policy.addRays(sum.rays);
     if (p.policy.recording() && sum.paths > 0) {
-        PassDifferences differences;
-        for (const ImageDifference& half : halves.half)
-            differences.add(entries(half.image));
-        if (const std::optional<double> variance = differences.variance())
-            p.policy.images.observe(method, *variance * std::max(1u, spp / 2), raysPerPath(sum));
+        const HalvesSum told = sumOf(halves);
+        p.policy.images.observe(method, told.variance, raysPerPath(sum));
+        p.policy.images.observeMean(method, told.mean, 2 * halves.samples);
     }
     return halves;
+}
+
+Sampling GuidedPasses::imageMethod() const { return impl_->policy.imageMethod().kind; }
+
+double GuidedPasses::imageVariance(Sampling method) const {
+    const SamplingChoice& images = impl_->policy.images;
+    for (std::size_t i = 0; i < images.methods().size(); ++i)
+        if (images.methods()[i] == SamplingMethod{method, false} && images.figures(i).passes > 0)
+            return images.figures(i).variance;
+    return 0;
 }
 
 Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

@@ -46,6 +46,9 @@ class GuidedPasses {
     // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values; only then
     // `counts` may say how many samples each pixel gets in each half, one at least.
     ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts = {});
+    // The method of this step's images, and what passes so far tell of the variance of one sample by a method, summed over the pixels. 0: not known.
+    Sampling imageMethod() const;
+    double imageVariance(Sampling method) const;
     // An image to keep, drawn by the method found best so far: nothing is learned from it, so no later pass depends on it.
     Image picture(const View& view, std::uint32_t spp, const PassKey& key);
     // Further samples of a film, by the method found best so far, learning or not. They leave no records; forward ignores positivization.

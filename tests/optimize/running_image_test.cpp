@@ -84,6 +84,34 @@ TEST(RunningImage, GathersTheSamplesOfManySteps) {
     EXPECT_GT(squares, single / 68);
 }
 
+// A method with a hundredth of the variance takes over: two of its samples in a half weigh as much as they tell, beside 32 of the method before.
+TEST(RunningImage, WeighsSamplesOfAnotherMethodByTheirVariance) {
+    Scene scene = makeScene();
+    LinearModel noisy(scene, 1, kWidth, kHeight, kNoise), clean(scene, 1, kWidth, kHeight, 0.1 * kNoise);
+    for (LinearModel* model : {&noisy, &clean})
+        for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)
+            model->setSecondValues(p, scene.parameters[p].values);
+    double single = 0; // of one sample of the clean model
+    for (const float v : truthAfter(1, 0).values)
+        single += double(v) * v * 0.01 * kNoise * kNoise / (3.0 * kWidth * kHeight);
+    constexpr double kRuns = 16, kWorth = 2 * (0.32 + 2); // of both halves, in clean samples
+    double weighed = 0, alike = 0;
+    for (std::uint64_t seed = 0; seed < 16; ++seed) {
+        RunningImage image, other;
+        image.begin(noisy.renderHalves(0, 64, {seed, 0, 0}, true, {}));
+        other = image;
+        image.changeMethod(Sampling::Primal, 0.01);
+        EXPECT_EQ(image.method, Sampling::Primal);
+        for (RunningImage* i : {&image, &other})
+            i->advance(clean.renderHalves(0, 4, {seed, 1, 0}, true, {}), {}, 0);
+        EXPECT_NEAR(image.worth[0], kWorth / 2, 1e-4);
+        weighed += image.variance() / kRuns;
+        alike += other.variance() / kRuns;
+    }
+    EXPECT_NEAR(weighed, single / kWorth, 0.1 * single / kWorth);
+    EXPECT_GT(alike, 4 * weighed); // as it would be by counts alone
+}
+
 TEST(RunningImage, StandsStillWithTheParameters) {
     const RunningImage image = alongAPath(1, 20, 0.0f);
     EXPECT_EQ(image.differences, 0u); // nothing is learned of differences from none

@@ -55,6 +55,30 @@ TEST(GuidedPasses, TryAllWaysWhereGradientsAreNoise) {
     EXPECT_LT(passes.state().exploration.trials, passes.state().exploration.spent);
 }
 
+// Light that only chance finds: an image's noise is a few bright pixels, in many steps fewer than its variance can be told from. What they tell chooses all
+// the same, or such images would never be guided.
+TEST(GuidedPasses, ChooseForImagesWhoseNoiseIsAFewPixels) {
+    RenderConfig config = guidedConfig();
+    config.lightSampling = false;
+    GuidedBench s("box", {"painting.baseColor"}, 12, config);
+    GuidedPasses passes(*s.renderer, {.immediate = true});
+    passes.setLearning(true);
+    EXPECT_EQ(passes.imageVariance(Sampling::Bsdf), 0); // nothing was measured yet
+    for (std::uint32_t step = 0; step < 24; ++step) {
+        passes.renderHalves(s.view, 2, {5, step, 0}, false);
+        std::vector<std::vector<double>> gradient;
+        passes.reverse(s.view, 16, {5, step, 1}, s.adjoint, gradient);
+        passes.endStep();
+    }
+    const SamplingDecision decision = passes.imageDecision();
+    ASSERT_EQ(decision.figures.size(), 2u);
+    EXPECT_EQ(decision.figures.at(Sampling::Bsdf).passes + decision.figures.at(Sampling::Primal).passes, s.renderer->guide().updates());
+    EXPECT_EQ(decision.method.kind, Sampling::Primal);
+    EXPECT_EQ(passes.imageMethod(), Sampling::Primal);
+    EXPECT_GT(passes.imageVariance(Sampling::Primal), 0);
+    EXPECT_LT(passes.imageVariance(Sampling::Primal), passes.imageVariance(Sampling::Bsdf));
+}
+
 // A restored state goes on as the one it was taken from, in the midst of the trials.
 TEST(GuidedPasses, GoOnFromTheirState) {
     const auto gradients = [](std::uint32_t restoreAt) {
@@ -123,7 +147,7 @@ TEST(GuidedPasses, PicturesTeachNothing) {
             if (pictures)
                 passes.picture(s.view, 4, {5, ~0u, 0});
             std::vector<std::vector<double>> gradient;
-            passes.reverse(s.view, 4, {5, step, 1}, s.adjoint, gradient);
+            passes.reverse(s.view, 16, {5, step, 1}, s.adjoint, gradient);
             if (pictures)
                 passes.picture(s.view, 4, {5, ~0u, 0});
             all.push_back(gradient.front());
