@@ -82,17 +82,25 @@ void writeGradients(const Session& session, const v1::Recovery& run, RunFolder& 
         folder.writeGradient(session.parameters[p], parameterImage(session.parameter(p), run.gradient(session.parameters[p])));
 }
 
+// With its standard error where that says more than the value: an image of a few bright dots tells nothing of how far it is off.
+std::string lossText(const v1::RecoveryStep& step) {
+    char text[64];
+    if (step.lossError > std::abs(step.loss))
+        std::snprintf(text, sizeof text, "%.3g \xc2\xb1 %.2g", step.loss, step.lossError);
+    else
+        std::snprintf(text, sizeof text, "%.3g", step.loss);
+    return text;
+}
+
 // `start`: the values of the parameters there.
 void writeContactSheet(const Options& options, const Session& session, const v1::Recovery& run, const std::vector<std::vector<float>>& start,
                        std::vector<ContactSheet::ViewRow> views, const RunFolder& folder, Report& report) {
     ContactSheet sheet;
     sheet.views = std::move(views);
-    char numbers[96] = "";
-    if (!report.loss.empty())
-        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss),
-                      report.loss.front(), report.loss.back());
     const std::filesystem::path scene = std::filesystem::absolute(options.input);
-    sheet.title = (scene.parent_path().filename() / scene.filename()).string() + numbers; // many scenes are called scene.gltf
+    sheet.title = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
+    if (const std::vector<v1::RecoveryStep> steps = run.history(); !steps.empty())
+        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + lossName(options.loss) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         const Parameter& parameter = session.parameter(p);
         sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),

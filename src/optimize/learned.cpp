@@ -15,6 +15,7 @@ void put(ByteWriter& out, const SamplingChoice::State& choice) {
     out.put(std::uint64_t(choice.last));
     out.put(choice.learned);
     out.put(choice.tried);
+    out.put(choice.rough);
 }
 
 SamplingChoice::State getChoice(ByteReader& in) {
@@ -28,6 +29,7 @@ SamplingChoice::State getChoice(ByteReader& in) {
     choice.last = std::size_t(in.get<std::uint64_t>());
     choice.learned = in.get<std::uint32_t>();
     choice.tried = in.get<std::uint32_t>();
+    choice.rough = in.get<std::uint32_t>();
     return choice;
 }
 

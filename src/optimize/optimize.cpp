@@ -18,6 +18,7 @@ namespace cmpg {
 namespace {
 
 constexpr float kMostSamples = 1 << 20; // of a pixel, in a step
+constexpr double kMostDifferent = 10;   // variances of two methods of images: a few bright paths make one look bad
 
 struct SquareSum {
     double squares = 0;
@@ -197,7 +198,7 @@ RunningImage Optimization::image(std::size_t view, const Target& target, std::ui
     if (!first) {
         setImageValues(view);
         if (const double before = model_.imageVariance(image.method), now = model_.imageVariance(method); method != image.method && before > 0 && now > 0)
-            image.changeMethod(method, now / before);
+            image.changeMethod(method, std::clamp(now / before, 1 / kMostDifferent, kMostDifferent));
     }
     ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
     if (first)

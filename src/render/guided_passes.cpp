@@ -35,24 +35,6 @@ AdjointNorms norms(const Image& adjoint) {
 
 double raysPerPath(const PassResult& result) { return double(result.rays) / double(result.paths); }
 
-// Over the pixels of an image in two halves: the variance of a sample, by how the halves differ, and the value; means over the channels. However few
-// pixels share the variance: where a few bright paths are the noise, a guide brings most.
-struct HalvesSum {
-    double variance = 0, mean = 0;
-};
-HalvesSum sumOf(const ImageHalves& halves) {
-    HalvesSum sum;
-    const Image &a = halves.half[0].image, &b = halves.half[1].image;
-    for (std::size_t i = 0; i < a.values.size(); ++i) {
-        const double difference = double(a.values[i]) - b.values[i];
-        if (!std::isfinite(difference))
-            continue;
-        sum.variance += halves.count(i / 3) * difference * difference / 6;
-        sum.mean += (double(a.values[i]) + b.values[i]) / 6;
-    }
-    return sum;
-}
-
 // Two results of one pass with numbers of their own, whose variance moments of single paths put at `moments`.
 void compareHalves(SamplingChoice& choice, const SamplingMethod& method, const std::vector<std::vector<double>>& a,
                    const std::vector<std::vector<double>>& b, double moments) {
@@ -249,9 +231,12 @@ ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, cons
     }
     p.policy.addRays(sum.rays);
     if (p.policy.recording() && sum.paths > 0) {
-        const HalvesSum told = sumOf(halves);
-        p.policy.images.observe(method, told.variance, raysPerPath(sum));
-        p.policy.images.observeMean(method, told.mean, 2 * halves.samples);
+        const PassDifferences::Pair pair = PassDifferences::compare(entries(halves.half[0].image), entries(halves.half[1].image));
+        const double variance = pair.variance * std::max(1u, spp / 2);
+        if (pair.telling)
+            p.policy.images.observe(method, variance, raysPerPath(sum));
+        else
+            p.policy.images.observeRough(method, variance, raysPerPath(sum));
     }
     return halves;
 }

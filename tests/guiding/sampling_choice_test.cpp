@@ -253,6 +253,30 @@ TEST(SamplingChoice, CountsWhatAMethodHasNotDrawnYet) {
     EXPECT_EQ(choice.best(), kPlain);
 }
 
+TEST(SamplingChoice, KnowsMethodsByRoughPassesUntilOthersSayMore) {
+    SamplingChoice choice({kPlain, kLight});
+    for (const double variance : {0.0, 900.0, 0.0, 300.0}) // a bright path now and then
+        choice.observeRough(kPlain, variance, 2);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 300); // the mean of all
+    EXPECT_EQ(choice.figures(0).passes, 4u);
+    EXPECT_EQ(choice.best(), kPlain); // nothing else is known
+    choice.observeRough(kLight, 50, 2);
+    EXPECT_EQ(choice.best(), kLight);
+    SamplingChoice later({kPlain, kLight});
+    later.restore(choice.state());
+    for (SamplingChoice* c : {&choice, &later}) {
+        c->observe(kLight, 20, 2); // stands alone
+        EXPECT_DOUBLE_EQ(c->figures(1).variance, 20);
+        c->observeRough(kLight, 1e6, 2);
+        EXPECT_DOUBLE_EQ(c->figures(1).variance, 20);
+        c->observeRough(kPlain, 800, 2);
+        EXPECT_DOUBLE_EQ(c->figures(0).variance, 400);
+    }
+    choice.setFigures(kPlain, {10, 2, 3}); // of a guide's file
+    choice.observeRough(kPlain, 800, 2);
+    EXPECT_DOUBLE_EQ(choice.figures(0).variance, 10);
+}
+
 // Moments of single paths put the unguided method at 8, the truth is 1, as of Sobol points that do well.
 TEST(SamplingChoice, BelievesDifferencesOfPassesBeforeMoments) {
     std::mt19937 random(7);

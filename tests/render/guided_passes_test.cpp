@@ -1,5 +1,7 @@
 // Steps of an optimisation where no guide pays.
 #include "render/guided_passes.h"
+#include "guiding/policy/pass_differences.h"
+#include "render/pass_halves.h"
 #include "support/guided_fixture.h"
 
 namespace cmpg::test {
@@ -55,28 +57,28 @@ TEST(GuidedPasses, TryAllWaysWhereGradientsAreNoise) {
     EXPECT_LT(passes.state().exploration.trials, passes.state().exploration.spent);
 }
 
-// Light that only chance finds: an image's noise is a few bright pixels, in many steps fewer than its variance can be told from. What they tell chooses all
-// the same, or such images would never be guided.
-TEST(GuidedPasses, ChooseForImagesWhoseNoiseIsAFewPixels) {
+// Light that only chance finds: an image's noise is a few bright pixels, too few to tell its variance from. Methods are measured all the same, or such images
+// would never be guided.
+TEST(GuidedPasses, MeasureImagesWhoseNoiseIsAFewPixels) {
     RenderConfig config = guidedConfig();
     config.lightSampling = false;
-    GuidedBench s("box", {"painting.baseColor"}, 12, config);
+    GuidedBench s("box", {"painting.baseColor"}, 6, config);
     GuidedPasses passes(*s.renderer, {.immediate = true});
     passes.setLearning(true);
     EXPECT_EQ(passes.imageVariance(Sampling::Bsdf), 0); // nothing was measured yet
-    for (std::uint32_t step = 0; step < 24; ++step) {
-        passes.renderHalves(s.view, 2, {5, step, 0}, false);
+    for (std::uint32_t step = 0; step < 4; ++step) {
+        const ImageHalves halves = passes.renderHalves(s.view, 2, {5, step, 0}, false);
+        ASSERT_FALSE(PassDifferences::compare(entries(halves.half[0].image), entries(halves.half[1].image)).telling) << step;
         std::vector<std::vector<double>> gradient;
         passes.reverse(s.view, 16, {5, step, 1}, s.adjoint, gradient);
         passes.endStep();
     }
     const SamplingDecision decision = passes.imageDecision();
     ASSERT_EQ(decision.figures.size(), 2u);
-    EXPECT_EQ(decision.figures.at(Sampling::Bsdf).passes + decision.figures.at(Sampling::Primal).passes, s.renderer->guide().updates());
-    EXPECT_EQ(decision.method.kind, Sampling::Primal);
-    EXPECT_EQ(passes.imageMethod(), Sampling::Primal);
-    EXPECT_GT(passes.imageVariance(Sampling::Primal), 0);
-    EXPECT_LT(passes.imageVariance(Sampling::Primal), passes.imageVariance(Sampling::Bsdf));
+    for (const auto& [method, figures] : decision.figures) {
+        EXPECT_GE(figures.passes, 1u);
+        EXPECT_EQ(passes.imageVariance(method), figures.variance);
+    }
 }
 
 // A restored state goes on as the one it was taken from, in the midst of the trials.
@@ -86,7 +88,7 @@ TEST(GuidedPasses, GoOnFromTheirState) {
         auto passes = std::make_unique<GuidedPasses>(*s.renderer, GuidedOptions{});
         GuidedBench* bench = &s;
         std::vector<std::vector<double>> all;
-        for (std::uint32_t step = 0; step < 8; ++step) {
+        for (std::uint32_t step = 0; step < 4; ++step) {
             if (step == restoreAt) {
                 auto other = std::make_unique<GuidedPasses>(*later.renderer, GuidedOptions{});
                 other->restore(passes->state(), s.renderer->guide());

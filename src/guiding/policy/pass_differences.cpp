@@ -18,9 +18,8 @@ struct Differences {
         squares += square;
         fourths += square * square;
     }
-    std::optional<double> variance() const {
-        return squares * squares < kLeastParticipation * fourths ? std::nullopt : std::optional(squares / 2);
-    }
+    bool telling() const { return !(squares * squares < kLeastParticipation * fourths); }
+    std::optional<double> variance() const { return telling() ? std::optional(squares / 2) : std::nullopt; }
 };
 
 } // namespace
@@ -34,6 +33,13 @@ void PassDifferences::add(std::span<const double> result) {
         variance_ = found && variance_ ? *variance_ + kPairWeight * (*found - *variance_) : found;
     }
     last_.assign(result.begin(), result.end());
+}
+
+PassDifferences::Pair PassDifferences::compare(std::span<const double> a, std::span<const double> b) {
+    Differences pair;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        pair.add(b[i] - a[i]);
+    return {pair.squares / 2, pair.telling()};
 }
 
 std::optional<double> PassDifferences::varianceOf(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b) {

@@ -18,7 +18,13 @@ class PassDifferences {
     // say little: the relative standard error of each pair is held below a third.
     std::optional<double> variance() const { return variance_; }
 
-    // The same of two passes alone, of which nothing is kept: their gradients by parameter.
+    // Of two passes alone, whether or not so few entries share it that it says little.
+    struct Pair {
+        double variance;
+        bool telling;
+    };
+    static Pair compare(std::span<const double> a, std::span<const double> b);
+    // The variance of two passes alone, of which nothing is kept: their gradients by parameter. Empty where it would say little.
     static std::optional<double> varianceOf(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b);
 
   private:

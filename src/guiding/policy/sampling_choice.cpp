@@ -152,6 +152,9 @@ void SamplingChoice::observe(const SamplingMethod& method, double variance, doub
     const std::size_t i = indexOf(method);
     if (i == methods_.size())
         return;
+    if ((state_.rough >> i & 1) != 0)
+        state_.figures[i] = {};
+    state_.rough &= ~(1u << i);
     const SamplingFigures before = state_.figures[i];
     state_.figures[i].add(variance, raysPerPath);
     if (drifting) { // passes differ by more than their noise
@@ -164,6 +167,19 @@ void SamplingChoice::observe(const SamplingMethod& method, double variance, doub
     for (std::size_t other = 0; other < state_.figures.size(); ++other)
         if (other != i)
             state_.figures[other].variance *= state_.figures[i].variance / before.variance;
+}
+
+void SamplingChoice::observeRough(const SamplingMethod& method, double variance, double raysPerPath) {
+    const std::size_t i = indexOf(method);
+    if (i == methods_.size())
+        return;
+    SamplingFigures& f = state_.figures[i];
+    if (f.passes > 0 && (state_.rough >> i & 1) == 0)
+        return;
+    state_.rough |= 1u << i;
+    ++f.passes;
+    f.variance += (variance - f.variance) / f.passes;
+    f.rays += (raysPerPath - f.rays) / f.passes;
 }
 
 void SamplingChoice::observeResult(const SamplingMethod& method, std::span<const double> result, double unit) {
@@ -200,8 +216,10 @@ void SamplingChoice::observeRoulette(Sampling kind, double varianceRatio, double
 }
 
 void SamplingChoice::setFigures(const SamplingMethod& method, const SamplingFigures& figures) {
-    if (const std::size_t i = indexOf(method); i < methods_.size())
+    if (const std::size_t i = indexOf(method); i < methods_.size()) {
         state_.figures[i] = figures;
+        state_.rough &= ~(1u << i);
+    }
     state_.ratios.assign(methods_.size(), 0.0);
     differences_.assign(methods_.size(), {});
     means_.assign(methods_.size(), 0.0);

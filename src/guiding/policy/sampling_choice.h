@@ -47,6 +47,9 @@ class SamplingChoice {
     // `drifting`: what is estimated changes from pass to pass, as the adjoint of an optimisation does. A change of the figures between two
     // passes in a row of one method then counts for all: otherwise methods measured long ago could never catch up.
     void observe(const SamplingMethod& method, double variance, double raysPerPath, bool drifting = false);
+    // A pass whose variance a few entries share, which says little: the mean of such passes stands where no pass of the method said more. So a method whose
+    // noise is always a few bright paths is known as well, and one bright path changes nothing of what is known better.
+    void observeRough(const SamplingMethod& method, double variance, double raysPerPath);
     // The result of a pass that was observed too; what is estimated, and with how many samples, must be that of the earlier ones. `unit`: of
     // variance(), for a variance summed over the result's entries. Where passes of every method without roulette can be told apart by it, the
     // figures hold the variance from differences in place of the one observed.
@@ -70,6 +73,7 @@ class SamplingChoice {
         std::vector<double> ratios; // of observeRepetition(); 0: not known
         std::size_t last = ~std::size_t(0); // method observed last
         std::uint32_t learned = 0, tried = 0; // passes that learned for the round; a bit for every method that was tried in it
+        std::uint32_t rough = 0; // a bit for every method whose figures are of observeRough()
     };
     const State& state() const { return state_; }
     void restore(State state) { // of as many methods
