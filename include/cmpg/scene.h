@@ -46,7 +46,7 @@ struct SurfacePoint {
 // linear; a constant is a texture of one texel.
 struct ParameterInfo {
     std::string name = {}; // "<material>.<slot>" or "environment.radiance"
-    std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "weight" or "radiance"
+    std::string slot = {}; // "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "sheenRoughness", "sheenColor", "weight" or "radiance"
     int height = 1, width = 1, channels = 3;
     float lowest = 0, highest = 1; // range of the values; `highest` may be infinite
 

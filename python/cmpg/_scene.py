@@ -70,7 +70,7 @@ class Parameter:
     def __init__(self, scene: Scene, info: _cmpg.ParameterInfo) -> None:
         self._scene = scene
         self.name: str = info.name
-        #: "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "weight" or "radiance"
+        #: "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "sheenRoughness", "sheenColor", "weight" or "radiance"
         self.slot: str = info.slot
         #: (height, width, channels)
         self.shape: tuple[int, int, int] = info.shape

@@ -17,6 +17,7 @@
 #include "lib/surface.glsl"
 #include "lib/lobes/anisotropy.glsl"
 #include "lib/lobes/metallic_roughness.glsl"
+#include "lib/lobes/sheen.glsl"
 #include "lib/lobes/clear_coat.glsl"
 #include "lib/lobes/reflection.glsl"
 #include "lib/lobes/plastic.glsl"
@@ -57,6 +58,7 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     if (!(min(cosO, cosI) > kMinCosine)) return value;
     if (IS_BLACK_BEHIND(s) && side < 0.0) return value;
     if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
+    if (HAS_SHEEN(s)) value = sheenOverCos(s, n, wo, wi, cosO, cosI, value, d);
     if (HAS_CLEAR_COAT(s)) value = clearCoatedCos(s, n, wo, wi, cosO, cosI, value, d);
     if (IS_PLASTIC(s)) value = plasticBaseCos(s, n, wo, wi, cosO, cosI, d);
     if (kRoughReflection && (IS_PLASTIC(s) || IS_CONDUCTOR(s)) && !IS_SMOOTH(s))
@@ -94,6 +96,7 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     float pdf = 0.0;
     if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
     if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * microfacetPdf(s, n, wo, cosO, halfVector(n, wo, wi));
+    if (HAS_SHEEN(s)) pdf = mix(pdf, cosI * kInvPi, sheenProbability(s, cosO));
     if (HAS_CLEAR_COAT(s)) pdf = mix(pdf, ggxPdf(clearCoatAlpha(s), cosO, halfVector(n, wo, wi)), clearCoatProbability(s, cosO));
     return pdf;
 }
@@ -116,6 +119,11 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
         float coat = clearCoatProbability(s, cosO);
         if (u.z < coat) return sampleClearCoat(s, n, wo, u, wi);
         u.z = (u.z - coat) / (1.0 - coat);
+    }
+    if (HAS_SHEEN(s)) {
+        float sheen = sheenProbability(s, cosO);
+        if (u.z < sheen) return sampleSheen(n, u, wi);
+        u.z = (u.z - sheen) / (1.0 - sheen);
     }
     if (!(hasDiffuse(s) || hasSpecular(s))) return false;
     vec3 x;

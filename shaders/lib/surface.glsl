@@ -17,6 +17,7 @@ struct Surface {
     uint model;         // GpuMaterial::flags
     float lobe[kLobeSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
     vec3 tangent ZEROED; // of anisotropic microfacets: the direction of alpha_t, before the normal is taken off it
+    vec3 sheenColor ZEROED; // [0,1]
 };
 
 // Derivatives of f |cos| per colour channel, by place: kAtBaseColor ... where the slot is differentiated (kDiffBaseColor ...).

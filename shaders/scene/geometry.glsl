@@ -33,7 +33,7 @@ SurfacePoint surfacePoint(uint triangle, vec2 barycentrics) {
     if (kVertexNormals || kTextures) {
         const uvec3 at = indices.xyz * kAttributeTexels;
         // Texture coordinates of a surface without textures are not read anywhere.
-        const bool textured = kTextures && (materialTexel(p.material * kMaterialTexels + 1).w & (((1u << kFlaggedSlots) - 1u) | kMaterialBlend | (kTexturedAnisotropy ? kMaterialAnisotropic : 0u))) != 0;
+        const bool textured = kTextures && (materialTexel(p.material * kMaterialTexels + 1).w & (((1u << kFlaggedSlots) - 1u) | kMaterialBlend | (kTexturedAnisotropy ? kMaterialAnisotropic : 0u) | (kTexturedSheenColor ? kMaterialSheen : 0u))) != 0;
         vec4 a0 = vec4(0), a1 = vec4(0), a2 = vec4(0);
         if (kVertexNormals || textured) {
             a0 = attributeTexel(at.x);

@@ -71,6 +71,10 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
         m.surface.lobe[kSlotAnisotropy - kCommonSlots] = textureValue(p.material, kSlotAnisotropy, p.uv0, p.uv1, frozenTexels).x;
         m.surface.tangent = anisotropyDirection(p);
     }
+    if (HAS_SHEEN(m.surface)) {
+        m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, frozenTexels).x;
+        m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, frozenTexels);
+    }
     if (kColors) {
         m.colorFactor = p.color.xyz;
         m.surface.baseColor *= m.colorFactor;

@@ -103,6 +103,12 @@ vec3 surfaceTerms(uint slot, uint material, vec2 uv0, vec2 uv1, vec3 incident, f
         else \
             sum += scalarTerm(a, value, 1, 0, reach, batch.surfaceScale, terms.own); \
     }
+#define LOBE_COLOR_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
+    if (kDiff##Name && (asked & (1u << number)) != 0) { \
+        const SlotAddress a = slotAddress(material, number, uv0, uv1); \
+        for (uint c = 0; c < 3; ++c) \
+            sum += scalarTerm(a, placeDerivative(slot, kAt##Name + c, incident, visible, terms), 3, c, reach, batch.surfaceScale, terms.own); \
+    }
 #include "shared/slots.def"
     if (kDiffNormal && (asked & (1u << kSlotNormal)) != 0) {
         const SlotAddress a = slotAddress(material, kSlotNormal, uv0, uv1);

@@ -46,6 +46,9 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
     const uint asked = m.surface.asked;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
     if (kDiff##Name && (asked & (1u << number)) == 0) d.at[kAt##Name] = vec3(0);
+#define LOBE_COLOR_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
+    if (kDiff##Name && (asked & (1u << number)) == 0) \
+        for (uint k = 0; k < 3; ++k) d.at[kAt##Name + k] = vec3(0);
 #include "shared/slots.def"
     if (kDiffBaseColor) d.at[kAtBaseColor] *= m.colorFactor;
     if (kDiffNormal) {

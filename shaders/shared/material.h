@@ -7,10 +7,10 @@ CMPG_SHARED_BEGIN
 #define SLOT(number, Name, name, channels, highest, adam, sgd) CMPG_CONST kSlot##Name = number;
 #include "shared/slots.def"
 CMPG_CONST kMaterialSlots = kSlotRadiance;
-CMPG_CONST kCommonSlots = kSlotNormal + 1; // those that all materials have; LOBE_SLOTs follow
+CMPG_CONST kCommonSlots = kSlotNormal + 1; // those that all materials have; LOBE_SLOTs follow, then colours of lobes
 CMPG_CONST kFlaggedSlots = kSlotAnisotropy; // those that GpuMaterial::flags has two bits for, by number; the slots after them have bits of their own
 CMPG_CONST kSlotsPerMaterial = kMaterialSlots; // places in the table of slots
-CMPG_CONST kLobeSlots = kSlotWeight - kCommonSlots;
+CMPG_CONST kLobeSlots = kSlotSheenColor - kCommonSlots; // single numbers
 CMPG_CONST kScatteringSlots = ((1u << kSlotsPerMaterial) - 1u) & ~(1u << kSlotEmission); // a bit for each that scattering may depend on
 
 // How a surface scatters: SurfaceModel of src/scene/scene.h, which says what the slots of each mean.
@@ -47,7 +47,8 @@ CMPG_CONST kDifferentiatedShift = 8;
 CMPG_CONST kModelShift = 18; // three bits: kModel...
 CMPG_CONST kModelMask = 7u;
 CMPG_CONST kMaterialSmooth = 0x200000u;
-CMPG_CONST kMaterialBeckmann = 0x400000u;
+CMPG_CONST kMaterialBeckmann = 0x400000u; // of other models than metallic-roughness; of that:
+CMPG_CONST kMaterialSheen = kMaterialBeckmann; // the two slots of sheen are read; their GpuSlots say whether they are differentiated
 CMPG_CONST kMaterialNonlinear = 0x800000u; // of plastics; of others:
 CMPG_CONST kMaterialAnisotropic = kMaterialNonlinear; // the anisotropy slot is read; its GpuSlot says whether it is differentiated
 CMPG_CONST kMaterialAlphaSquared = 0x1000000u; // alpha is the square of the roughness slot; of metallic-roughness, whose alpha always is:

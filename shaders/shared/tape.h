@@ -38,7 +38,7 @@ inline uint tapePlanes(uint mode, uint differentiated, bool texcoord1) {
     uint planes = kTapeSurface + texcoords + (mode == kModeReverse ? kTapeThroughput : 0);
     for (uint slot = 0; slot < kMaterialSlots; ++slot)
         if (has(slot) && (kScatteringSlots >> slot & 1u))
-            planes += 2 * kTapeDerivative * (slot == kSlotNormal ? 3 : 1);
+            planes += 2 * kTapeDerivative * (slot == kSlotNormal || slot == kSlotSheenColor ? 3 : 1);
     if (has(kSlotEmission) || has(kSlotRadiance))
         planes += kTapeEmissionWeight + kTapeLight + texcoords;
     return planes;

@@ -50,13 +50,15 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
     Digest d;
     for (const Material& m : scene.materials) {
         for (std::size_t k = 0; k < m.parameters.size(); ++k)
-            if (SlotKind(k) != SlotKind::Weight) // runs without blends are as they were before there were any
-                d.add(m.parameters[k]);
+            if (SlotKind(k) != SlotKind::Weight && SlotKind(k) != SlotKind::SheenRoughness && SlotKind(k) != SlotKind::SheenColor)
+                d.add(m.parameters[k]); // runs without blends or sheens are as they were before there were any
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
         if (m.oneSided || m.coverage || m.absorption != glm::vec3(0))
             d.add(m.oneSided).add(m.coverage).add(m.absorption);
         if (m.blendWith != kNoMaterial)
             d.add(m.blendWith).add(m.parameters[std::size_t(SlotKind::Weight)]);
+        if (hasSheen(m))
+            d.add(m.parameters[std::size_t(SlotKind::SheenRoughness)]).add(m.parameters[std::size_t(SlotKind::SheenColor)]);
     }
     for (const AlphaTexture& a : scene.alphaTextures)
         d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);

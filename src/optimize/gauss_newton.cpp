@@ -27,7 +27,8 @@ float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) 
 double reachOf(SlotKind kind, double rate) {
     constexpr double kLinear = 0.04; // of roughness and anisotropy: images are far from linear in it, and farther steps end where they began or worse
     const double reach = std::min(kNewtonReach * rate, 1e30);
-    return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::Anisotropy ? std::min(reach, kLinear) : reach;
+    const bool rough = kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::SheenRoughness || kind == SlotKind::Anisotropy;
+    return rough ? std::min(reach, kLinear) : reach;
 }
 
 // A gradient as one of the grids sees it, and what that grid's texels remember.

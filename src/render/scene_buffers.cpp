@@ -345,7 +345,7 @@ void SceneBuffers::uploadMaterials(bool second) {
         }
         out.flags |= std::uint32_t(m.model) << gpu::kModelShift | (m.oneSided ? gpu::kMaterialOneSided : 0);
         if (m.model == SurfaceModel::MetallicRoughness)
-            out.flags |= m.anisotropyByAspect ? gpu::kMaterialAspect : 0;
+            out.flags |= (m.anisotropyByAspect ? gpu::kMaterialAspect : 0) | (hasSheen(m) && isLookedUp(materialsUp_[i], gpu::kSlotSheenColor) ? gpu::kMaterialSheen : 0);
         else
             out.flags |= (isSmooth(m) ? gpu::kMaterialSmooth : 0) | (m.microfacets == Microfacets::Beckmann ? gpu::kMaterialBeckmann : 0) |
                          (m.model == SurfaceModel::Plastic && m.nonlinear ? gpu::kMaterialNonlinear : 0) | (m.roughnessIsAlpha ? 0 : gpu::kMaterialAlphaSquared);

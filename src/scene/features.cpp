@@ -78,6 +78,8 @@ struct Analysis {
                     if (m.anisotropyDirection != ~0u)
                         f.texcoord1 |= scene.directionTextures[m.anisotropyDirection].texcoord == 1;
                 }
+            } else if (SlotKind(k) == SlotKind::SheenRoughness || SlotKind(k) == SlotKind::SheenColor) {
+                read |= readsSheen(m) ? 1u << k : 0;
             } else if (k >= kCommonSlots)
                 reads(SlotKind(k), m.model == SurfaceModel::MetallicRoughness || SlotKind(k) == SlotKind::Weight);
             const Parameter& p = scene.parameters[m.parameters[k]];
@@ -98,6 +100,11 @@ struct Analysis {
         const std::uint32_t strength = m.parameters[std::size_t(SlotKind::Anisotropy)];
         const bool alpha = m.model != SurfaceModel::MetallicRoughness && m.roughnessIsAlpha;
         return hasAnisotropy(m) && (asked[strength] || ((read >> std::uint32_t(SlotKind::Roughness) & 1u) && (alpha || matters(strength))));
+    }
+
+    // A black one has no effect.
+    bool readsSheen(const Material& m) const {
+        return hasSheen(m) && (asked[m.parameters[std::size_t(SlotKind::SheenRoughness)]] || matters(m.parameters[std::size_t(SlotKind::SheenColor)]));
     }
 
     void addModel(const Material& m) {

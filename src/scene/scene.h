@@ -134,6 +134,9 @@ inline bool hasAnisotropy(const Material& m) {
     return m.parameters[std::size_t(SlotKind::Anisotropy)] != kNoParameter && !isSmooth(m) && m.model != SurfaceModel::Plastic;
 }
 
+// Of both slots: only over metallic-roughness.
+inline bool hasSheen(const Material& m) { return m.model == SurfaceModel::MetallicRoughness && m.parameters[std::size_t(SlotKind::SheenColor)] != kNoParameter; }
+
 // Derivatives by the normal: not of refraction, nor of single directions.
 inline bool hasNormalDerivative(const Material& m) { return !isSmooth(m) && m.model != SurfaceModel::Dielectric; }
 

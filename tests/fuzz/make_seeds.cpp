@@ -126,7 +126,7 @@ SceneSeed texturedScene() {
     return s;
 }
 
-// Clear coats, anisotropy, glass with an absorbing volume, a pane, partial coverage.
+// Clear coats, anisotropy, sheen, glass with an absorbing volume, a pane, partial coverage.
 SceneSeed layeredScene() {
     SceneSeed s;
     const std::size_t rgba = s.texture(pngOf(4, 2, 4)), rgb = s.texture(pngOf(2, 2, 3));
@@ -140,7 +140,12 @@ SceneSeed layeredScene() {
              {"clearcoatTexture", {{"index", rgb}}},
              {"clearcoatRoughnessFactor", 0.4},
              {"clearcoatRoughnessTexture", {{"index", rgb}}}}},
-           {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.6}, {"anisotropyRotation", 0.3}, {"anisotropyTexture", {{"index", rgb}}}}}}}},
+           {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.6}, {"anisotropyRotation", 0.3}, {"anisotropyTexture", {{"index", rgb}}}}},
+           {"KHR_materials_sheen",
+            {{"sheenColorFactor", {0.9, 0.5, 0.1}},
+             {"sheenColorTexture", {{"index", rgba}}},
+             {"sheenRoughnessFactor", 0.4},
+             {"sheenRoughnessTexture", {{"index", rgba}}}}}}}},
         {{"name", "ink"},
          {"pbrMetallicRoughness", smooth},
          {"extensions",
@@ -154,7 +159,7 @@ SceneSeed layeredScene() {
          {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.8}}, {"baseColorTexture", {{"index", rgba}}}}}}};
     for (int material = 0; material < 4; ++material)
         s.quad(float(-material), material);
-    s.json["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_materials_anisotropy", "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"};
+    s.json["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_materials_anisotropy", "KHR_materials_sheen", "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"};
     s.camera();
     return s;
 }

@@ -18,6 +18,8 @@ struct Query {
     float clearcoat = 0, clearcoatRoughness = 0; // where the model has their bits
     float anisotropy = 0; // where the model has its bit
     glm::vec3 tangent{1, 0, 0};
+    float sheenRoughness = 0; // where the model has its bit
+    glm::vec3 sheenColor{0};
 };
 
 struct Evaluation {
@@ -26,6 +28,8 @@ struct Evaluation {
     glm::dvec3 baseColor, roughness, metallic, specular; // derivatives
     glm::dmat3 normal;                                   // column: colour channel; row: component of the normal
     glm::dvec3 clearcoat{0}, clearcoatRoughness{0}, anisotropy{0};
+    glm::dvec3 sheenRoughness{0};
+    glm::dmat3 sheenColor{0}; // column: colour channel; row: component of the slot
 };
 
 Evaluation evaluateFloat(const Query& query);

@@ -18,7 +18,7 @@ using uint = std::uint32_t;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
 using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
 using gpu::kModelShift, gpu::kModelMask, gpu::kModelMetallicRoughness, gpu::kModelDielectric, gpu::kModelThinDielectric, gpu::kModelConductor, gpu::kModelPlastic;
-using gpu::kMaterialSmooth, gpu::kMaterialBeckmann, gpu::kMaterialNonlinear, gpu::kMaterialAnisotropic, gpu::kMaterialAlphaSquared, gpu::kMaterialAspect,
+using gpu::kMaterialSmooth, gpu::kMaterialBeckmann, gpu::kMaterialNonlinear, gpu::kMaterialAnisotropic, gpu::kMaterialSheen, gpu::kMaterialAlphaSquared, gpu::kMaterialAspect,
     gpu::kMaterialOneSided, gpu::kCoatRows, gpu::kCoatColumns;
 using gpu::kFilterTent;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;

@@ -17,10 +17,34 @@ def anisotropic_layer(at, ab, wi, wo, h):
     return d * masking(wi) * masking(wo) / (4 * wi.z * wo.z)
 
 
+def sheen_layer(roughness, ni, no, nh):
+    """KHR_materials_sheen: sheenDistribution * sheenVisibility."""
+    alpha = roughness * roughness
+    smooth = dr.square(1 - alpha)
+    a, b, c, d, e = (rough + (sharp - rough) * smooth for rough, sharp in ((21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801), (-1.97760, -1.27393), (-4.32054, -4.85967)))
+    l = lambda x: a / (1 + b * dr.power(x, c)) + d * x + e
+    middle = l(mi.Float(0.5))
+    masking = lambda w: dr.exp(dr.select(w < 0.5, l(dr.maximum(w, 1e-6)), 2 * middle - l(dr.maximum(1 - w, 1e-6))))
+    distribution = (2 + 1 / alpha) * dr.power(dr.maximum(1 - nh * nh, 1e-12), 0.5 / alpha) / (2 * dr.pi)
+    return distribution / ((1 + masking(ni) + masking(no)) * 4 * ni * no)
+
+
+# E of shaders/lib/lobes/sheen.glsl: for each power of (cos / roughness)^0.4 a polynomial of the roughness. tests/lib/sheen_test.cpp has it against integrals.
+SHEEN_ALBEDO = ((-1.898581, 1.039645, -1.863226, 8.550347, -8.68429, 2.502554), (2.098156, 6.966617, -3.34984, -2.986478, 2.401042, -0.2620365),
+                (-5.292371, -45.1805, 30.7133, -9.545365, 1.927037), (2.820132, 102.7681, -45.87996, 3.817944), (0.4312275, -120.5581, 37.02664),
+                (-1.723504, 71.42698, -13.10593), (0.5899973, -16.57853))
+
+
+def sheen_albedo(c, roughness):
+    x = dr.power(dr.maximum(c, 0.002) / roughness, 0.4)
+    exponent = sum(k * roughness ** j * x ** i for i, ks in enumerate(SHEEN_ALBEDO) for j, k in enumerate(ks))
+    return dr.exp(exponent) / roughness
+
+
 class GltfBsdf(mi.BSDF):
     """Two-sided reflection; `normal` is a texture of decoded tangent-space vectors, absent where there is no normal map."""
 
-    slots = ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness", "anisotropy")
+    slots = ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "sheenColor", "sheenRoughness")
 
     def __init__(self, props):
         super().__init__(props)
@@ -71,7 +95,7 @@ class GltfBsdf(mi.BSDF):
             return across, across
         return across + (1 - across) * dr.square(self.textures["anisotropy"].eval_1(si, active)), across
 
-    coat_share = 0.25
+    coat_share, sheen_share = 0.25, 0.3
 
     def coat_alpha(self, si, active):
         r = self.textures["clearcoatRoughness"].eval_1(si, active)
@@ -103,6 +127,10 @@ class GltfBsdf(mi.BSDF):
         dielectric = (1 - specular * fr) * base / dr.pi + specular * fr * layer
         metal = (base + (1 - base) * grazing) * layer
         base = dielectric * (1 - metallic) + metal * metallic
+        if "sheenColor" in self.textures:  # KHR_materials_sheen
+            colour, rough = self.textures["sheenColor"].eval(si, active), dr.maximum(self.textures["sheenRoughness"].eval_1(si, active), 0.07)
+            albedo = dr.maximum(sheen_albedo(wi.z, rough), sheen_albedo(wo.z, rough))
+            base = base * dr.maximum(1 - dr.maximum(dr.maximum(colour.x, colour.y), colour.z) * albedo, 0) + colour * sheen_layer(rough, wi.z, wo.z, h.z)
         if "clearcoat" in self.textures:  # KHR_materials_clearcoat
             a2 = dr.square(self.coat_alpha(si, active))
             d = a2 / (dr.pi * dr.square(dr.square(h.z) * (a2 - 1) + 1))
@@ -114,6 +142,8 @@ class GltfBsdf(mi.BSDF):
         wi, wo, _, _ = self.local(si, wo, active)
         active = active & (wi.z > 0) & (wo.z > 0)
         density = self.density(wi, wo, self.alphas(si, active), self.specular_share(si, active))
+        if "sheenColor" in self.textures:
+            density = (1 - self.sheen_share) * density + self.sheen_share * wo.z / dr.pi
         if "clearcoat" in self.textures:
             ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, dr.detach(self.coat_alpha(si, active)), True)
             h = dr.normalize(wi + wo)
@@ -132,6 +162,10 @@ class GltfBsdf(mi.BSDF):
             sample1 = dr.select(coat, 0, (sample1 - self.coat_share) / (1 - self.coat_share))
             share = dr.select(coat, 1, share)
             alphas = [dr.select(coat, dr.detach(self.coat_alpha(si, active)), a) for a in alphas]
+        if "sheenColor" in self.textures:
+            if "clearcoat" in self.textures:
+                raise NotImplementedError("a coat over a sheen")
+            share = share * (1 - self.sheen_share)  # what is left of the diffuse numbers goes to the sheen, as diffuse directions
         ggx = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, *alphas, True)
         m, _ = ggx.sample(wi, sample2)
         wo = dr.select(sample1 < share, mi.reflect(wi, m), mi.warp.square_to_cosine_hemisphere(sample2))

@@ -57,6 +57,7 @@ JOBS = {
                      ("plastic.baseColor", "one"), ("half.clearcoat", "reverse", 2)]),
     "brushed": (32, [("varied.anisotropy", "one", 2), ("wavy.anisotropy", "one", 2), ("varied.roughness", "one", 6), ("wavy.normal", "one", 4),
                      ("varied.anisotropy", "reverse", 2), ("wavy.normal", "reverse", 4)]),
+    "velvet": (32, [("half.sheenColor", "one", 2), ("brass.sheenRoughness", "one", 4), ("half.sheenColor", "reverse", 2)]),
     # In Mitsuba's own format, beside this file.
     "mitsuba/shapes": (64, [("red.reflectance", "one")]),
     "mitsuba/textures": (32, [("sky.radiance", "self"), ("panel.reflectance", "reverse")]),
@@ -97,6 +98,11 @@ VARIANTS = {
     "brushed": ("materials", {
         "varied": {"model": "anisotropy", "anisotropy": 0.7, "rotation": 0.5},
         "wavy": {"model": "anisotropy", "anisotropy": 0.6, "rotation": -0.9}}),
+    "velvet": ("materials", {
+        "brass": {"model": "sheen", "sheenColor": [0.9, 0.3, 0.2], "sheenRoughness": 0.3},
+        "plastic": {"model": "sheen", "sheenColor": [0.9, 0.8, 0.7], "sheenRoughness": 0.2},
+        "half": {"model": "sheen", "sheenColor": [0.3, 0.5, 0.8], "sheenRoughness": 0.5},
+        "varied": {"model": "sheen", "sheenColor": [0.5, 0.4, 0.2], "sheenRoughness": 0.7}}),
 }
 
 

@@ -87,9 +87,10 @@ class Translation:
         other = self.other.get(name) or self.glass(material, specular)
         coat = other if other is not None and other["model"] == "clearcoat" else None
         brushed = other if other is not None and other["model"] == "anisotropy" else None
-        if other is not None and coat is None and brushed is None:
+        velvet = other if other is not None and other["model"] == "sheen" else None
+        if other is not None and coat is None and brushed is None and velvet is None:
             return self.boundary(name, other, base if pbr.get("baseColorTexture") else None)
-        plain = mr is None and "normalTexture" not in material and not self.exact and coat is None and brushed is None
+        plain = mr is None and "normalTexture" not in material and not self.exact and coat is None and brushed is None and velvet is None
         if plain and metallic == 0 and specular == 0:
             bsdf = mi.load_dict({"type": "twosided", "nested": {"type": "diffuse", "reflectance": base}})
             self.owners[name + ".baseColor"] = bsdf, "brdf_0.reflectance"
@@ -107,13 +108,15 @@ class Translation:
             result.update({slot: self.scalar(coat[slot], None, 0) for slot in ("clearcoat", "clearcoatRoughness")})
         if brushed is not None:
             result.update(anisotropy=self.scalar(brushed["anisotropy"], None, 0), rotation=brushed["rotation"])
+        if velvet is not None:
+            result.update(sheenColor=self.colour(velvet["sheenColor"], None), sheenRoughness=self.scalar(velvet["sheenRoughness"], None, 0))
         if "normalTexture" in material:
             reference = material["normalTexture"]
             scale = reference.get("scale", 1)
             result["normal"] = self.texture(reference, (2 * self.image(reference["index"], True) - 1) * [scale, scale, 1])
         result = {k: mi.load_dict(v) if isinstance(v, dict) else v for k, v in result.items()}
         bsdf = mi.load_dict(result)
-        for slot in ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness", "anisotropy"):
+        for slot in ("baseColor", "roughness", "metallic", "specular", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "sheenColor", "sheenRoughness"):
             if slot in result:
                 self.owners[f"{name}.{slot}"] = bsdf, slot
         return bsdf

@@ -67,6 +67,17 @@ TEST(Features, SameBitsBlend) {
     addBlend(scene, "left", "right", 0.3f);
     compareWithEverything(scene, {"left.weight", "painting.baseColor"});
 }
+// Under a coat, on a surface with textures; beside materials without one.
+TEST(Features, SameBitsSheen) {
+    Scene scene = bundledScene("materials");
+    for (Material& m : scene.materials)
+        if (m.name == "varied" || m.name == "brass") {
+            addSheen(scene, m, {0.7f, 0.4f, 0.2f}, 0.4f);
+            if (m.name == "varied")
+                addClearCoat(scene, m, 0.6f, 0.3f);
+        }
+    compareWithEverything(scene, {"varied.sheenColor", "*.sheenRoughness", "varied.baseColor"});
+}
 TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
 
 // Guided in both: with a guide that learned alike, and drawn from it.

@@ -188,6 +188,7 @@ const std::set<std::string> kRepeated = {
     "metals_plastic.baseColor_reverse",                                             // metals_plastic.baseColor_one
     "mitsuba_brushed_steel.alpha_v_one", "mitsuba_brushed_gold.anisotropic_one",    // mitsuba_brushed_steel.alpha_u_one
     "varnish_half.clearcoat_one",                                                   // the same in reverse
+    "velvet_half.sheenColor_one",                                                   // the same in reverse
 };
 
 // The noisy ones need many samples: with the repeated ones, they are the long tests.

@@ -56,7 +56,7 @@ void change(Parameter& p) {
 float tolerance(const Parameter& p, float value, float largest) {
     if (!p.textured || p.kind == SlotKind::Radiance) return 1e-6f * largest;
     if (p.kind == SlotKind::Normal) return 1.01f / 255;
-    if (p.kind != SlotKind::BaseColor && p.kind != SlotKind::Emission) return 0.505f / 255;
+    if (p.kind != SlotKind::BaseColor && p.kind != SlotKind::SheenColor && p.kind != SlotKind::Emission) return 0.505f / 255;
     const float code = srgbEncode(value / largest), half = 0.505f / 255;
     return largest * (srgbDecode(std::min(code + half, 1.0f + half)) - srgbDecode(std::max(code - half, 0.0f)));
 }
@@ -191,6 +191,28 @@ TEST(GltfExport, ClearCoatLoadsBack) {
     const TempFolder out;
     exportScene(s, changed, out.path());
     expectSame(s, loadScene(out / "scene.gltf"));
+}
+
+// Both are read from one image, and become two.
+TEST(GltfExport, SheenLoadsBack) {
+    Fixture f;
+    const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"extensions", {{"KHR_materials_sheen", {{"sheenColorFactor", {0.5, 1, 0.75}}, {"sheenColorTexture", texture}, {"sheenRoughnessFactor", 0.4}}}}}};
+    for (const bool textured : {false, true}) {
+        if (textured)
+            f.w.json["materials"][1]["extensions"]["KHR_materials_sheen"]["sheenRoughnessTexture"] = texture;
+        Scene s = loadScene(f.w.write(f.folder));
+        std::vector<std::uint32_t> changed;
+        for (const char* name : {"plain.sheenColor", "plain.sheenRoughness"}) {
+            changed.push_back(s.parameter(name));
+            change(s.parameters[changed.back()]);
+        }
+        ASSERT_TRUE(s.parameters[changed[0]].textured);
+        const TempFolder out;
+        exportScene(s, changed, out.path());
+        expectSame(s, loadScene(out / "scene.gltf"));
+    }
 }
 
 TEST(GltfExport, AnisotropyLoadsBack) {

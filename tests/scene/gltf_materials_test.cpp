@@ -97,6 +97,43 @@ TEST(GltfMaterials, ClearCoat) {
     EXPECT_TRUE(warned(glass, "which is glass"));
 }
 
+TEST(GltfMaterials, Sheen) {
+    Fixture f;
+    const std::size_t t = f.png("velvet.png", 2, 1, 4, {255, 0, 51, 51, 188, 0, 0, 102});
+    Json& sheen = f.material["extensions"]["KHR_materials_sheen"];
+    sheen = {{"sheenColorFactor", {0.5, 1, 1}}, {"sheenColorTexture", {{"index", t}}}, {"sheenRoughnessFactor", 0.75}, {"sheenRoughnessTexture", {{"index", t}}}};
+    f.w.json["extensionsRequired"] = {"KHR_materials_sheen"};
+    const Scene s = f.load();
+    ASSERT_EQ(s.parameters.size(), 8u);
+    const auto decoded = [](double code) { return float(std::pow((code / 255 + 0.055) / 1.055, 2.4)); };
+    expectValues(valuesOf(s, "wall.sheenColor"), {0.5f, 0, decoded(51), 0.5f * decoded(188), 0, 0});
+    expectValues(valuesOf(s, "wall.sheenRoughness"), {0.75f * 0.2f, 0.75f * 0.4f}); // alpha is linear
+    EXPECT_FALSE(warned(s, "not rendered"));
+
+    sheen = Json::object();
+    const Scene plain = f.load();
+    expectValues(valuesOf(plain, "wall.sheenColor"), {0, 0, 0});
+    expectValues(valuesOf(plain, "wall.sheenRoughness"), {0});
+    sheen = {{"sheenColorFactor", {2, 0.5, -1}}};
+    const Scene outside = f.load();
+    expectValues(valuesOf(outside, "wall.sheenColor"), {1, 0.5f, 0});
+    EXPECT_TRUE(warned(outside, "outside the range"));
+    for (const Json& bad : {Json{{"sheenRoughnessFactor", 2}}, Json{{"sheenColorFactor", 1}}, Json{{"sheenColorFactor", {1, 1}}}, Json{{"sheenColorTexture", {{"index", 99}}}}}) {
+        sheen = bad;
+        EXPECT_THROW(f.load(), Error) << bad;
+    }
+
+    f.material["extensions"] = {{"KHR_materials_sheen", Json::object()}, {"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+    f.material["pbrMetallicRoughness"] = {{"metallicFactor", 0}};
+    EXPECT_TRUE(warned(f.load(), "which is glass"));
+    f.material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 0.5}};
+    const Scene half = f.load();
+    EXPECT_TRUE(warned(half, "its sheen covers what scatters light alone"));
+    EXPECT_TRUE(hasSheen(half.materials[0]));
+    ASSERT_NE(half.materials[0].blendWith, kNoMaterial);
+    EXPECT_FALSE(hasSheen(half.materials[half.materials[0].blendWith]));
+}
+
 TEST(GltfMaterials, Anisotropy) {
     Fixture f;
     // Along the tangent, along the bitangent; the strength is blue.
@@ -344,9 +381,9 @@ TEST(GltfMaterials, TransmissionTexturesAndMetalMakeTheWeight) {
 
 TEST(GltfMaterials, UnsupportedExtensionsAreNamedOnce) {
     Fixture f;
-    f.w.json["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_sheen"};
+    f.w.json["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_diffuse_transmission"};
     f.material["extensions"] = {{"KHR_materials_iridescence", Json::object()}};
-    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_dispersion, KHR_materials_iridescence, KHR_materials_sheen"));
+    EXPECT_TRUE(warned(f.load(), "not rendered: KHR_materials_diffuse_transmission, KHR_materials_dispersion, KHR_materials_iridescence"));
 }
 
 TEST(GltfMaterials, UnlitIsRefused) {

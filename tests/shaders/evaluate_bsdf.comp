@@ -19,6 +19,7 @@ const bool kOneSided = true;
 #define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
 #include "shared/slots.def"
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;
+#define LOBE_COLOR_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;
 #include "shared/slots.def"
 #include "shared/material.h"
 const uint kKeptSlots = kScatteringSlots & ((1u << kMaterialSlots) - 1u);
@@ -35,6 +36,8 @@ struct Query {
     vec3 normal, wo, wi;
     float clearcoat, clearcoatRoughness, anisotropy;
     vec3 tangent;
+    float sheenRoughness;
+    vec3 sheenColor;
 };
 
 struct Result {

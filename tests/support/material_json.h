@@ -31,6 +31,19 @@ inline void addClearCoat(Scene& scene, Material& m, float factor, float roughnes
     }
 }
 
+// Adds a sheen to a material that has none.
+inline void addSheen(Scene& scene, Material& m, const glm::vec3& color, float roughness) {
+    for (const SlotKind kind : {SlotKind::SheenRoughness, SlotKind::SheenColor}) {
+        m.parameters[std::size_t(kind)] = std::uint32_t(scene.parameters.size());
+        Parameter p;
+        p.name = m.name + "." + slotName(kind);
+        p.kind = kind;
+        p.channels = slotChannels(kind);
+        p.values = kind == SlotKind::SheenColor ? std::vector<float>{color.x, color.y, color.z} : std::vector<float>{roughness};
+        scene.parameters.push_back(p);
+    }
+}
+
 // Makes the material's microfacets anisotropic, along the tangent turned counter-clockwise by so many radians.
 inline void addAnisotropy(Scene& scene, Material& m, float strength, float rotation) {
     m.parameters[std::size_t(SlotKind::Anisotropy)] = std::uint32_t(scene.parameters.size());
@@ -76,6 +89,10 @@ inline void replaceMaterial(Scene& scene, const std::string& name, const nlohman
         const std::string model = json["model"];
         if (model == "clearcoat") {
             addClearCoat(scene, m, json["clearcoat"], json["clearcoatRoughness"]);
+            return;
+        }
+        if (model == "sheen") {
+            addSheen(scene, m, rgb("sheenColor"), json["sheenRoughness"]);
             return;
         }
         if (model == "anisotropy") {

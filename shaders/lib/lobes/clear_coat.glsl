@@ -1,11 +1,11 @@
-// The clear coat of KHR_materials_clearcoat: a layer of GGX over metallic-roughness, which gets what the layer does not reflect.
+// The clear coat of KHR_materials_clearcoat: a layer of GGX over metallic-roughness and its sheen, which get what the layer does not reflect.
 //
 //   f = (1 - w) base + w GGX,   w = clearcoat (0.04 + 0.96 (1 - |n.wo|)^5)
 //
 // w goes by the direction to the camera alone, as the extension has it, so f is not reciprocal. Base and coat share their normal.
 #ifndef CMPG_LIB_CLEAR_COAT
 #define CMPG_LIB_CLEAR_COAT
-#include "lib/lobes/metallic_roughness.glsl"
+#include "lib/lobes/sheen.glsl"
 
 // The includer defines kTexturedClearcoat: some material has the lobe.
 #define HAS_CLEAR_COAT(s) (kTexturedClearcoat && ((s).model >> kSlotClearcoat & 1u) != 0u)
@@ -25,7 +25,7 @@ float clearCoatAlpha(Surface s) { return alphaFromRoughness(CLEAR_COAT_ROUGHNESS
 float clearCoatProbability(Surface s, float cosO) {
     float weight = CLEAR_COAT(s) * clearCoatFresnel(cosO).x;
     if (!(weight > 0.0 || (kDiffClearcoat && asks(s, kSlotClearcoat)))) return 0.0;
-    if (!(metallicRoughnessDiffuse(s) || metallicRoughnessSpecular(s))) return 1.0;
+    if (!(metallicRoughnessDiffuse(s) || metallicRoughnessSpecular(s) || (HAS_SHEEN(s) && sheenProbability(s, cosO) > 0.0))) return 1.0;
     float base = (1.0 - weight) * max(maxComponent(s.baseColor), 0.04);
     return clamp(weight / max(weight + base, 1e-6), 0.1, 0.9);
 }

@@ -25,6 +25,7 @@ class MaterialExporter {
     void emission();
     void normal();
     void lobe(const GltfLobeSlot& slot);
+    void lobeColour(const GltfLobeSlot& slot, Json& json, const Parameter& p);
     void transmission();
 
   private:
@@ -177,13 +178,27 @@ void MaterialExporter::normal() {
 void MaterialExporter::lobe(const GltfLobeSlot& slot) {
     const Parameter p = values(slot.kind);
     Json& json = extension(slot.extension);
+    if (slot.colour)
+        return lobeColour(slot, json, p);
     json[slot.factor] = p.textured ? 1.0f : p.values[0];
     if (!p.textured)
         return;
     Bytes pixels;
-    for (const float v : p.values) pixels.insert(pixels.end(), 3, code(v));
+    const int channels = slot.channel == 3 ? 4 : 3;
+    for (const float v : p.values) pixels.insert(pixels.end(), std::size_t(channels), code(v));
     if (slot.kind == SlotKind::Anisotropy) keepDirections(json[slot.texture], pixels);
+    setTexture(json, slot.texture, p.name, p, pixels, channels);
+}
+
+void MaterialExporter::lobeColour(const GltfLobeSlot& slot, Json& json, const Parameter& p) {
+    if (!p.textured) {
+        json[slot.factor] = {p.values[0], p.values[1], p.values[2]};
+        return;
+    }
+    Bytes pixels;
+    for (const float v : p.values) pixels.push_back(srgbCode(v));
     setTexture(json, slot.texture, p.name, p, pixels, 3);
+    json[slot.factor] = {1, 1, 1};
 }
 
 // By the texture coordinates of the metallic values, if it was these that made a texture of it.

@@ -87,7 +87,11 @@ void checkMaterial(const JsonView& material, const JsonView& root) {
     specular["specularColorFactor"].numbers(3);
     for (const char* key : {"specularTexture", "specularColorTexture"}) checkTexture(specular[key], root);
     for (const GltfLobeSlot& slot : kGltfLobeSlots) {
-        extensions[slot.extension][slot.factor].number(0, 1);
+        const JsonView factor = extensions[slot.extension][slot.factor];
+        if (slot.colour)
+            factor.numbers(3);
+        else
+            factor.number(0, 1);
         checkTexture(extensions[slot.extension][slot.texture], root);
     }
     extensions["KHR_materials_anisotropy"]["anisotropyRotation"].number();

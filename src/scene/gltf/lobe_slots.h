@@ -12,10 +12,13 @@ struct GltfLobeSlot {
     const char *extension, *factor, *texture;
     float standard; // the factor where the file gives none
     std::uint32_t channel;
+    bool colour = false; // three channels, sRGB in textures
 };
 inline const std::vector<GltfLobeSlot> kGltfLobeSlots = {
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
     {SlotKind::Name, #extension, #factor, #texture, standard, channel},
+#define LOBE_COLOR_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
+    {SlotKind::Name, #extension, #factor, #texture, standard, channel, true},
 #include "shared/slots.def"
 };
 

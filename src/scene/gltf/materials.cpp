@@ -98,12 +98,14 @@ void MaterialLoader::addTransmission(const tinygltf::Material& source, Material&
         load_.warn(material.name + ": is metal in part and lets light through in part; " + (alike ? "what it scatters is rendered with as much metal as all of it" : "its metal lets light through as well"));
     if (material.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter)
         load_.warn(material.name + ": its clear coat covers what scatters light alone, not what lets it through");
+    if (hasSheen(material))
+        load_.warn(material.name + ": its sheen covers what scatters light alone, not what lets it through");
     if (material.specularColor != glm::vec3(1))
         load_.ignored.insert("specularColorFactor of " + material.name + " where it lets light through");
     Material glass = material;
     glass.name = material.name + ".glass";
     glass.model = modelOf(source, material.name);
-    for (const SlotKind kind : {SlotKind::Clearcoat, SlotKind::ClearcoatRoughness})
+    for (const SlotKind kind : {SlotKind::Clearcoat, SlotKind::ClearcoatRoughness, SlotKind::SheenRoughness, SlotKind::SheenColor})
         glass.parameters[std::size_t(kind)] = kNoParameter;
     glass.alphaMask = glass.coverage = false;
     glass.alphaTexture = ~0u;
@@ -144,7 +146,13 @@ void MaterialLoader::addLobes(const tinygltf::Material& source, Material& materi
             load_.ignored.insert(std::string(slot.extension) + " of " + material.name + ", which is glass");
             continue;
         }
-        const float factor = real(member(lobe, slot.factor), slot.standard);
+        const tinygltf::Value& given = member(lobe, slot.factor);
+        if (slot.colour) {
+            const glm::vec3 factor = vec(given, glm::vec3(slot.standard));
+            fill(load_.addSlot(material, slot.kind, 3, factor), member(lobe, slot.texture), {.srgb = true, .scale = glm::clamp(factor, 0.0f, 1.0f)});
+            continue;
+        }
+        const float factor = real(given, slot.standard);
         fill(load_.addSlot(material, slot.kind, 1, glm::vec3(factor)), member(lobe, slot.texture), {.channels = {slot.channel}, .scale = glm::vec3(factor)});
         if (slot.kind == SlotKind::Anisotropy)
             addDirection(lobe, material);
