@@ -157,6 +157,7 @@ void Renderer::State::expose(Mode mode, Film& film, const View& view, const Pass
         begin(mode, view, how);
         const RenderStatistics before = renderer->statistics();
         const double learnedBefore = passes->trainSeconds(), compiledBefore = device->device.compileSeconds();
+        const std::lock_guard adding(film.state()->mutex);
         const Stopwatch watch;
         run(samplesOf(how), film.state()->film);
         told.seconds = watch.seconds() - (device->device.compileSeconds() - compiledBefore);
