@@ -196,6 +196,25 @@ class Renderer:
         """
         self._handle.set_sampling(sampling)
 
+    def footprint(self, kinds: str | Sequence[str] = "render", *, train: bool = False) -> dict[str, Any]:
+        """What a renderer with these options would take. Its buffers are allocated beside those of this one and freed again, nothing is compiled.
+
+        Args:
+            kinds: of passes: "render", "forward", "backward", or several.
+            train: with learning passes before them.
+
+        Returns:
+            "buffers": bytes of device memory, by what is in them;
+            "kernels": a dict each: "kind" of the passes that it is for, "name", and "bytes" and "module_bytes" of SPIR-V: specialised for the scene, and as it is
+            for all scenes;
+            "features": what kernels are made for, by name: "on", "off" or what it is.
+
+        Raises:
+            UsageError: there is no such kind.
+            DeviceError: memory is short.
+        """
+        return self._handle.footprint(names_of(kinds), _cmpg.PassOptions("", None, train=int(train)))
+
     def guide_at(self, position: Sequence[float], kind: str = "render") -> GuidePoint | None:
         """What the guide knows at a point of the scene; None where it has learned nothing yet.
 

@@ -209,6 +209,30 @@ void bindRenderer(nb::module_& m) {
             const cmpg::Sampling value = named("sampling", sampling, cmpg::kSamplings);
             released([&] { self.library->setSampling(value); });
         }, "sampling"_a)
+        .def("footprint", [](Renderer& self, const std::vector<std::string>& kinds, const cmpg::PassOptions& pass) {
+            std::vector<cmpg::PassKind> wanted;
+            for (const std::string& kind : kinds)
+                wanted.push_back(named("kinds", kind, kPassKinds));
+            const cmpg::Footprint found = released([&] { return self.library->footprint(wanted, pass); });
+            nb::dict result, features, buffers;
+            for (const auto& [name, value] : found.features)
+                features[name.c_str()] = value;
+            for (const auto& [name, bytes] : found.buffers)
+                buffers[name.c_str()] = bytes;
+            nb::list kernels;
+            for (const cmpg::Footprint::Kernel& k : found.kernels) {
+                nb::dict kernel;
+                kernel["kind"] = nameOf(k.kind, kPassKinds);
+                kernel["name"] = k.name;
+                kernel["bytes"] = k.bytes;
+                kernel["module_bytes"] = k.moduleBytes;
+                kernels.append(kernel);
+            }
+            result["features"] = features;
+            result["kernels"] = kernels;
+            result["buffers"] = buffers;
+            return result;
+        }, "kinds"_a, "options"_a)
         .def("guide_at", [](const Renderer& self, const std::vector<float>& position, const std::string& kind) {
             const std::array<float, 3> place = toPoint(position);
             const cmpg::PassKind of = named("kind", kind, kPassKinds);

@@ -11,6 +11,7 @@
 #include <cmpg/renderer.h>
 
 #include <optional>
+#include <span>
 
 namespace cmpg::v1 {
 
@@ -52,6 +53,7 @@ struct Renderer::State {
     // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
     void ensure(Mode mode, bool learn, bool anew = true);
     void drawAnew(bool kept); // by the options as they are; with the guide as it is, or with one that has learned nothing
+    Footprint footprint(std::span<const PassKind> kinds, bool learn) const;
     void abandon();           // what a pass recorded and measured before it was ended
     void follow();            // takes over what has changed in the source
     void giveBack();          // the parameters' values to the source
@@ -80,6 +82,8 @@ struct Renderer::State {
     PassReport told; // of the pass that runs
 
   private:
+    Room needsOf(Mode mode, bool learn) const; // passes of a mode, with a guide if they learn first
+    RenderConfig configOf(const Room& needs) const;
     void make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide);
     GuidedOptions drawing(bool roulettePays) const;
     void begin(Mode mode, const View& view, const PassOptions& how);
@@ -104,6 +108,7 @@ class PassView {
     View view_;
 };
 
+cmpg::Renderer::Mode modeOf(PassKind kind);
 std::uint32_t samplesOf(const PassOptions& pass);  // per pixel, at most
 std::uint32_t batchesOf(const PassOptions& pass);  // 0: none
 void requireValid(const PassOptions& pass);
