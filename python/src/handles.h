@@ -88,13 +88,6 @@ template <class E, std::size_t N> E named(const std::string& option, const std::
     throw cmpg::Error(cmpg::ErrorKind::Usage, option + " cannot be '" + name + "'", {}, "take one of " + all, {option});
 }
 
-template <class E, std::size_t N> const char* nameOf(E value, const cmpg::EnumName<E> (&names)[N]) {
-    for (const auto& known : names)
-        if (known.value == value)
-            return known.name;
-    return "";
-}
-
 // Ctrl-C ends a pass.
 inline void endOnSignals() {
     const nb::gil_scoped_acquire gil;

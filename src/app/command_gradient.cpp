@@ -1,9 +1,9 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
+#include "app/check_table.h"
 #include "app/commands.h"
 #include "app/display.h"
 #include "base/communicator.h"
 #include "imaging/parameter_image.h"
-#include "optimize/gradient_check.h"
 #include "optimize/losses.h"
 #include "scene/export_folder.h"
 #include "session/output.h"
@@ -122,7 +122,7 @@ bool checkParameter(const Options& options, Report& report, RenderSession& sessi
     session.add(done);
     report.seconds.gradient += done.seconds;
     report.seconds.primal += done.imageSeconds;
-    textOut(options) << describe(result, direction.parameter, options.direction) << std::flush;
+    textOut(options) << checkTable(result, direction.parameter, options.direction) << std::flush;
     auto comparisons = nlohmann::ordered_json::array();
     for (const Comparison& c : result.comparisons)
         comparisons.push_back(toJson(c));

@@ -8,8 +8,6 @@
 #include "imaging/contact_sheet.h"
 #include "imaging/loss_curve.h"
 #include "imaging/parameter_image.h"
-#include "optimize/losses.h"
-#include "scene/scene_file.h"
 #include "session/explain.h"
 #include "session/interrupt.h"
 #include "session/output.h"
@@ -89,7 +87,7 @@ void writeContactSheet(const Options& options, const Session& session, const v1:
     sheet.views = std::move(views);
     char numbers[96] = "";
     if (!report.loss.empty())
-        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), lossName(options.loss),
+        std::snprintf(numbers, sizeof numbers, ", %zu steps, %s %.3g to %.3g", report.loss.size(), nameOf(options.loss, kLosses),
                       report.loss.front(), report.loss.back());
     const std::filesystem::path scene = std::filesystem::absolute(options.input);
     sheet.title = (scene.parent_path().filename() / scene.filename()).string() + numbers; // many scenes are called scene.gltf
@@ -258,7 +256,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     folder.writeLosses(run.history());
     folder.attempt([&] {
         run.apply(session.scene);
-        folder.writeScene(session.scene, session.host().format->exported);
+        folder.writeScene(session.scene);
     });
     if (failure && failure->kind != ErrorKind::Numerical) { // no device, no pictures
         failure->remedy += (failure->remedy.empty() ? "" : ". ") + ("--resume " + folder.path().string() + " continues from here");

@@ -186,7 +186,7 @@ Pass MethodRenderer::passAfter(CompareMode mode, std::uint64_t seed, std::uint32
 std::string describeDecision(const CompareMethod& method, const v1::PassReport& report) {
     std::string text;
     if (method.options.sampling == Sampling::Auto)
-        text = samplingName(report.sampling);
+        text = nameOf(report.sampling, kSamplings);
     if (method.options.roulette)
         text += std::string(text.empty() ? "" : ", ") + (report.roulette ? "roulette" : "no roulette");
     return text;
