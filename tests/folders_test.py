@@ -14,10 +14,10 @@ allowed = {
     "src/base": (),
     "src/imaging": ("scene/", "render/film.h"),  # images and their files
     # A scene and a device as the options want them, and the scene itself for what other programs have no use for.
-    "src/session": ("scene/", "library/", "vk/device.h", "render/renderer.h", "optimize/target.h"),
+    "src/session": ("scene/", "library/", "vk/device.h", "render/renderer.h"),
     # Files of guides, what a scene is made of, and names of checkpoints: commands of their own. Passes and recoveries go by include/cmpg.
-    "src/app": ("scene/", "guiding/guide_file.h", "guiding/field/density_map.h", "optimize/checkpoint.h", "optimize/losses.h"),
-    "src/lab": ("scene/", "guiding/field/sd_tree.h", "optimize/losses.h"),  # statistics of what passes made
+    "src/app": ("scene/", "guiding/guide_file.h", "guiding/field/density_map.h", "optimize/checkpoint.h"),
+    "src/lab": ("scene/", "guiding/field/sd_tree.h"),  # statistics of what passes made
     "src/live": (),
     "src/viewer": (),
     "src/viewer/present": ("vk/instance.h",),  # it presents with Vulkan on a device of its own

@@ -34,6 +34,14 @@ struct Target {
     static Target stream(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
 };
 
+struct ImageLoss {
+    double value = 0;            // weighted mean over pixels and channels
+    Image adjoint = {};          // its derivative by every value of the image, in the image's shape: for Renderer::backward()
+    std::uint64_t nonFinite = 0; // pixels left out because the image is not finite there
+};
+// Of an image as it is, with its noise; sums are in a fixed order. Error(Input) where the sizes differ or no pixel has a weight.
+ImageLoss lossOf(Loss loss, const Image& image, const Target& target);
+
 // Also of the command line's `optimize`, which has its defaults from here.
 struct RecoveryOptions {
     PathOptions paths = {};
