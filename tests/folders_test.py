@@ -15,8 +15,8 @@ allowed = {
     "src/imaging": ("scene/", "render/film.h"),  # images and their files
     # A scene and a device as the options want them, and the scene itself for what other programs have no use for.
     "src/session": ("scene/", "library/", "vk/device.h", "render/renderer.h"),
-    # Files of guides, what a scene is made of, and names of checkpoints: commands of their own. Passes and recoveries go by include/cmpg.
-    "src/app": ("scene/", "guiding/guide_file.h", "guiding/field/density_map.h", "optimize/checkpoint.h"),
+    # Files of guides, and what a scene is made of: commands of their own. Passes and recoveries go by include/cmpg.
+    "src/app": ("scene/", "guiding/guide_file.h", "guiding/field/density_map.h"),
     "src/lab": ("scene/", "guiding/field/sd_tree.h"),  # statistics of what passes made
     "src/live": (),
     "src/viewer": (),

@@ -160,6 +160,8 @@ class Recovery {
     // the folder has none. Error(Input) where none can be read, or where it is of another scene or target; Error(Usage) where options differ. The
     // first difference is named. `warnings`: a newer one that cannot be read, another device.
     bool resume(const std::filesystem::path& folder, std::vector<Warning>* warnings = nullptr);
+    // The note of the one that resume() continues from; none where the folder has none. Error(Input) where none can be read.
+    static std::optional<std::string> note(const std::filesystem::path& folder);
 
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;

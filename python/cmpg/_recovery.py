@@ -229,13 +229,22 @@ class Recovery(Iterator[RecoveryStep]):
         self._handle.apply(scene._handle)
         scene._note(self._infos)
 
-    def save(self, folder: Path) -> None:
-        """Writes all that resume() needs, and keeps the one before.
+    def save(self, folder: Path, note: str = "") -> None:
+        """Writes all that resume() needs, and keeps the one before. `note` is a text of the caller's, kept with it.
 
         Raises:
             OutputError: that fails.
         """
-        self._handle.save(folder)
+        self._handle.save(folder, note)
+
+    @staticmethod
+    def note(folder: Path) -> str | None:
+        """The note of what resume() continues from; None where the folder has nothing of the kind.
+
+        Raises:
+            InputError: nothing of it can be read.
+        """
+        return _cmpg.Recovery.note(folder)
 
     def resume(self, folder: Path) -> bool:
         """Continues from what save() wrote to what the saved recovery would have found, bit for bit on the same device.

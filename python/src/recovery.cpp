@@ -121,7 +121,10 @@ void bindRecovery(nb::module_& m) {
         })
         .def("save_guide", [](const Recovery& self, const std::filesystem::path& file) { released([&] { self.library->saveGuide(file); }); }, "file"_a)
         .def("apply", [](const Recovery& self, cmpg::Scene& scene) { released([&] { self.library->apply(scene); }); }, "scene"_a)
-        .def("save", [](const Recovery& self, const std::filesystem::path& folder) { released([&] { self.library->save(folder); }); }, "folder"_a)
+        .def("save", [](const Recovery& self, const std::filesystem::path& folder, const std::string& note) {
+            released([&] { self.library->save(folder, note); });
+        }, "folder"_a, "note"_a)
+        .def_static("note", [](const std::filesystem::path& folder) { return released([&] { return cmpg::Recovery::note(folder); }); }, "folder"_a)
         .def("resume", [](Recovery& self, const std::filesystem::path& folder) {
             return released([&] { return self.library->resume(folder); });
         }, "folder"_a);

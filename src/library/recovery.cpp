@@ -58,6 +58,14 @@ RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
             .dropped = record.dropped};
 }
 
+// Error(Input) where there are some, and none can be read.
+std::optional<Checkpoint> checkpointIn(const std::filesystem::path& folder, std::vector<std::string>& refused) {
+    std::optional<Checkpoint> found = findCheckpoint(folder, refused);
+    if (!found && !refused.empty())
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
+    return found;
+}
+
 } // namespace
 
 struct RecoveryProgress::State {
@@ -423,9 +431,7 @@ std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::str
 
 bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>* warnings) {
     std::vector<std::string> refused;
-    const std::optional<Checkpoint> found = findCheckpoint(folder, refused);
-    if (!found && !refused.empty())
-        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
+    const std::optional<Checkpoint> found = checkpointIn(folder, refused);
     if (!found)
         return false;
     requireSame(found->identity, state_->identity, folder);
@@ -440,6 +446,12 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
     if (const std::string now = state_->madeWith(); found->madeWith != now)
         warnings->push_back({"other_device", "the run was on " + found->madeWith + " and continues on " + now + ": rounding may differ from here on"});
     return true;
+}
+
+std::optional<std::string> Recovery::note(const std::filesystem::path& folder) {
+    std::vector<std::string> refused;
+    std::optional<Checkpoint> found = checkpointIn(folder, refused);
+    return found ? std::optional(std::move(found->config)) : std::nullopt;
 }
 
 GradientErrors Recovery::errors() const {
