@@ -260,7 +260,15 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
     return std::move(found.mean);
 }
 
-void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
+std::unique_lock<std::recursive_mutex> Renderer::State::admit(Mode mode, const View& view, const PassOptions& how,
+                                                              const std::vector<const std::vector<float>*>& input) {
+    std::unique_lock lock(device->mutex);
+    follow();
+    requireSameOnAll(mode, view, how, input);
+    return lock;
+}
+
+Renderer::State::Before Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
     clock_ = {};
     ensure(mode, how.train > 0, how.anew);
     renderer->setInteraction(interaction());
@@ -268,6 +276,15 @@ void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how)
     told.width = view.width;
     told.height = view.height;
     told.spp = samplesOf(how);
+    return {renderer->statistics(), passes->trainSeconds()};
+}
+
+void Renderer::State::finish(Mode mode, const PassOptions& how, const Before& before, PassReport* report) {
+    tell(mode, before);
+    if (how.strict)
+        requireFew();
+    if (report)
+        *report = std::move(told);
 }
 
 void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input) {
@@ -334,21 +351,22 @@ PassReport Renderer::State::totals(Mode mode) const {
     return all;
 }
 
-void Renderer::State::tell(Mode mode, const RenderStatistics& before, double learnedBefore) {
+void Renderer::State::tell(Mode mode, const Before& before) {
+    const RenderStatistics& was = before.statistics;
     PassReport now = totals(mode);
-    told.learningSeconds = now.learningSeconds - learnedBefore;
-    told.paths = now.paths - before.paths;
-    told.rays = now.rays - before.rays;
+    told.learningSeconds = now.learningSeconds - before.learned;
+    told.paths = now.paths - was.paths;
+    told.rays = now.rays - was.rays;
     for (const auto& [kind, count] : now.dropped) {
-        const auto was = before.dropped.find(kind);
-        told.dropped[kind] = count - (was == before.dropped.end() ? 0 : was->second);
+        const auto known = was.dropped.find(kind);
+        told.dropped[kind] = count - (known == was.dropped.end() ? 0 : known->second);
     }
     told.refusedSplits = now.refusedSplits;
     told.depths = std::move(now.depths);
-    for (std::size_t d = 0; d < std::min(told.depths.size(), before.guided.size()); ++d) {
-        const GuidedDepth& was = before.guided[d];
+    for (std::size_t d = 0; d < std::min(told.depths.size(), was.guided.size()); ++d) {
+        const GuidedDepth& known = was.guided[d];
         GuidedDepth& depth = told.depths[d];
-        depth = {depth.drawn - was.drawn, depth.guided - was.guided, depth.dead - was.dead, depth.lightShare - was.lightShare};
+        depth = {depth.drawn - known.drawn, depth.guided - known.guided, depth.dead - known.dead, depth.lightShare - known.lightShare};
     }
     told.guided = guided;
     told.guideCells = now.guideCells;
