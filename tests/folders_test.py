@@ -14,11 +14,10 @@ allowed = {
     "src/base": (),
     "src/imaging": ("scene/", "render/film.h"),  # images and their files
     # A scene and a device as the options want them, and the scene itself for what other programs have no use for.
-    "src/session": ("scene/", "library/", "vk/device.h", "render/renderer.h", "optimize/target.h", "optimize/error_budget.h"),
-    # Files of guides, what a scene is made of, and names of checkpoints: commands of their own. Passes and recoveries go by include/cmpg.
-    "src/app": ("scene/", "guiding/guide_file.h", "guiding/field/density_map.h", "library/states.h", "optimize/checkpoint.h", "optimize/gradient_check.h",
-                "optimize/losses.h"),
-    "src/lab": ("scene/", "guiding/field/sd_tree.h", "optimize/losses.h", "optimize/student_t.h"),  # statistics of what passes made
+    "src/session": ("scene/", "library/states.h", "library/ranks.h", "vk/device.h", "render/renderer.h"),
+    # Files and their names; the command that looks into guides. All else goes by include/cmpg.
+    "src/app": ("scene/export_folder.h", "scene/file_io.h", "scene/image.h", "guiding/guide_file.h", "guiding/field/density_map.h"),
+    "src/lab": ("scene/export_folder.h", "scene/image.h", "guiding/field/sd_tree.h"),
     "src/live": (),
     "src/viewer": (),
     "src/viewer/present": ("vk/instance.h",),  # it presents with Vulkan on a device of its own

@@ -11,7 +11,7 @@
 namespace cmpg::v1 {
 
 // The sums over the samples of every pixel. Samples may come in any number of passes (Renderer, Recovery): they leave the bits that one pass would have left.
-// A handle: copies are the same film. Not to be read while a pass adds to it, but from within that pass.
+// A handle: copies are the same film. What reads it waits for a pass of another thread that adds to it; what that pass calls may read it.
 class Film {
   public:
     Film(); // of no pixels

@@ -3,6 +3,7 @@
 
 #include <cmpg/namespace.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 
@@ -47,6 +48,13 @@ template <class E> struct EnumName {
     E value;
     const char* name;
 };
+// The name of a value in such a table; empty where it has none.
+template <class E, std::size_t N> constexpr const char* nameOf(E value, const EnumName<E> (&names)[N]) {
+    for (const EnumName<E>& known : names)
+        if (known.value == value)
+            return known.name;
+    return "";
+}
 inline constexpr EnumName<Sampling> kSamplings[] = {{Sampling::Bsdf, "bsdf"},       {Sampling::Primal, "primal"},
                                                     {Sampling::Differential, "differential"}, {Sampling::Uniform, "uniform"},
                                                     {Sampling::Conditional, "conditional"},   {Sampling::Auto, "auto"}};

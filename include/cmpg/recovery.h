@@ -34,6 +34,14 @@ struct Target {
     static Target stream(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
 };
 
+struct ImageLoss {
+    double value = 0;            // weighted mean over pixels and channels
+    Image adjoint = {};          // its derivative by every value of the image, in the image's shape: for Renderer::backward()
+    std::uint64_t nonFinite = 0; // pixels left out because the image is not finite there
+};
+// Of an image as it is, with its noise; sums are in a fixed order. Error(Input) where the sizes differ or no pixel has a weight.
+ImageLoss lossOf(Loss loss, const Image& image, const Target& target);
+
 // Also of the command line's `optimize`, which has its defaults from here.
 struct RecoveryOptions {
     PathOptions paths = {};
@@ -152,6 +160,8 @@ class Recovery {
     // the folder has none. Error(Input) where none can be read, or where it is of another scene or target; Error(Usage) where options differ. The
     // first difference is named. `warnings`: a newer one that cannot be read, another device.
     bool resume(const std::filesystem::path& folder, std::vector<Warning>* warnings = nullptr);
+    // The note of the one that resume() continues from; none where the folder has none. Error(Input) where none can be read.
+    static std::optional<std::string> note(const std::filesystem::path& folder);
 
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;

@@ -12,7 +12,11 @@
 #include <array>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace cmpg::v1 {
 
@@ -83,6 +87,18 @@ struct GuidePoint {
     std::shared_ptr<const State> state; // of the cell, as it was
 };
 
+// What a renderer takes for passes of some kinds.
+struct Footprint {
+    struct Kernel {
+        PassKind kind = PassKind::Render; // of the passes that it is for
+        std::string name = {};
+        std::uint64_t bytes = 0, moduleBytes = 0; // of SPIR-V: specialised for the scene, and as it is for all scenes
+    };
+    std::vector<std::pair<std::string, std::string>> features = {}; // what kernels are made for, by name: "on", "off" or what it is
+    std::vector<Kernel> kernels = {};
+    std::map<std::string, std::uint64_t> buffers = {}; // bytes of device memory, by what is in them
+};
+
 // A handle: copies are the same renderer. Passes of one renderer follow one another. They throw Error(Usage) on options out of range and unknown
 // names, Error(Device) where memory is short or the device is lost, and Error(Numerical) where more than one path in a hundred was left out
 // because it was not finite.
@@ -124,6 +140,10 @@ class Renderer {
 
     // Makes kernels and buffers for passes of these kinds and options, so that none has to: else the first pass does.
     void prepare(std::initializer_list<PassKind> kinds, const PassOptions& pass = {});
+
+    // What a renderer with these options would take for such passes; with learning passes before them, for those too and for the guide. Its buffers
+    // are allocated beside those of this one and freed again, nothing is compiled. Error(Device) where memory is short.
+    Footprint footprint(const std::vector<PassKind>& kinds, const PassOptions& pass = {});
 
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing was, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;

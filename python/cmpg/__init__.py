@@ -21,16 +21,17 @@ except ImportError as error:
         raise ImportError("there is no Vulkan loader: install the package libvulkan1, and mesa-vulkan-drivers where there is no driver either") from error
     raise
 from ._arrays import Image, load_image
-from ._cmpg import DeviceInfo, PassReport, RecoveryStep
+from ._cmpg import DeviceInfo, PassReport, RecoveryProgress, RecoveryStep
 from ._errors import DeviceError, Error, InputError, NumericalError, OutputError, UsageError
+from ._film import Film
 from ._recovery import Recovery
-from ._renderer import Renderer
-from ._scene import Device, Parameter, Scene, SurfacePoint, devices
+from ._renderer import GuidePoint, Renderer
+from ._scene import Camera, Device, Parameter, Scene, SurfacePoint, devices
 
 __all__ = [
-    "Device", "DeviceInfo", "DeviceError", "Error", "Image", "InputError", "NumericalError", "OutputError", "Parameter", "PassReport",
-    "Recovery", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image",
+    "Camera", "Device", "DeviceInfo", "DeviceError", "Error", "Film", "GuidePoint", "Image", "InputError", "NumericalError", "OutputError", "Parameter",
+    "PassReport", "Recovery", "RecoveryProgress", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image",
 ]
 
-for _public in (Device, Image, Parameter, Recovery, Renderer, Scene, SurfacePoint, devices, load_image):
+for _public in (Camera, Device, Film, GuidePoint, Image, Parameter, Recovery, Renderer, Scene, SurfacePoint, devices, load_image):
     _public.__module__ = "cmpg"  # where users find them

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, load_image, names_of
-from ._cmpg import PassReport, RecoveryStep
+from ._cmpg import PassReport, RecoveryProgress, RecoveryStep
 from ._errors import UsageError
-from ._renderer import path_options
-from ._scene import Device, Scene
+from ._film import Film
+from ._renderer import Renderer, path_options
+from ._scene import Camera, Device, Scene, view_of
 
 MOST_TARGET_BYTES = _cmpg.Target.most_bytes
+
+Picture = Union[npt.ArrayLike, Path]
+Targets = Union[Picture, Mapping[str, Picture], Mapping[Camera, Picture], Mapping[Union[str, Camera], Picture]]
 
 
 class Recovery(Iterator[RecoveryStep]):
@@ -26,8 +30,8 @@ class Recovery(Iterator[RecoveryStep]):
 
     Args:
         scene: where it begins.
-        target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name. Alpha of a file weights its pixels;
-            clipped pixels of 8-bit files and values that are not finite have no weight. Files beyond 256 MiB in all are read when a step sees them.
+        target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name or by a Camera. Alpha of a file weights its
+            pixels; clipped pixels of 8-bit files and values that are not finite have no weight. Files beyond 256 MiB in all are read when a step sees them.
         param: names or globs of what is recovered.
         device: where; None: the scene's.
         steps: of the whole recovery and its schedule.
@@ -56,7 +60,7 @@ class Recovery(Iterator[RecoveryStep]):
         InputError: a target that cannot be read or does not fit.
     """
 
-    def __init__(self, scene: Scene, target: npt.ArrayLike | Path | Mapping[str, npt.ArrayLike | Path], param: Names, *, device: Device | None = None,
+    def __init__(self, scene: Scene, target: Targets, param: Names, *, device: Device | None = None,
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
@@ -65,17 +69,66 @@ class Recovery(Iterator[RecoveryStep]):
                  guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
                  keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
         paths = path_options(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
-        views = target if isinstance(target, Mapping) else {"": target}
-        targets: list[Any] = []
-        for camera, image in views.items():
-            held = sum(known.nbytes for known in targets)
-            targets.append(target_of(image, camera, mask, target_exposure, held >= MOST_TARGET_BYTES))
-        rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
-        self._handle = _cmpg.Recovery(
-            (device or scene.device)._handle, scene._handle, targets, names_of(param), paths, steps=steps, spp=spp, spp_gradient=spp_gradient,
-            spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer, rates=rates, schedule=schedule, final_rate=final_rate,
-            prior=prior, total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up, freeze=freeze, error_target=error_target)
+        options = _options(steps, spp, spp_gradient, spp_difference, seed, loss, optimizer, rate, schedule, final_rate, prior, total_variation, views_per_step,
+                           warm_up, freeze, error_target)
+        self._shared: Scene | None = None
+        self._handle = _cmpg.Recovery((device or scene.device)._handle, scene._handle, targets_of(target, mask, target_exposure), names_of(param), paths, options)
         self._infos = {info.name: info for info in self._handle.parameters()}
+
+    @classmethod
+    def of(cls, renderer: Renderer, target: Targets, *, steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0,
+           loss: str = "mse", optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
+           prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0, error_target: float = 0,
+           mask: Picture | None = None, target_exposure: float = 0, progress: RecoveryProgress | None = None) -> Recovery:
+        """A recovery of a renderer that was made with `recoveries`, and goes on being usable.
+
+        It recovers the renderer's parameters, from the current values of its scene on. Each step takes over what was set in the scene since, and puts its own
+        values there. Steps learn the renderer's guide, and draw as the renderer was made to. Passes of the renderer between two steps draw from that
+        guide, and nothing is learned from them.
+
+        A renderer has one recovery at a time. Another one ends it, and so do Renderer.set_sampling(), Renderer.forget() and new values of parameters that the
+        renderer does not differentiate.
+
+        Args:
+            progress: goes on after the steps of another recovery: its progress(). Parameters that were not among its own begin here.
+            The others as in Recovery.
+
+        Raises:
+            UsageError: a renderer that was made without `recoveries`, or options that make no sense.
+            InputError: a target that cannot be read or does not fit.
+        """
+        options = _options(steps, spp, spp_gradient, spp_difference, seed, loss, optimizer, rate, schedule, final_rate, prior, total_variation, views_per_step,
+                           warm_up, freeze, error_target)
+        recovery = cls.__new__(cls)
+        recovery._shared = renderer._scene
+        recovery._handle = _cmpg.Recovery(renderer._handle, targets_of(target, mask, target_exposure), options, progress)
+        recovery._infos = {info.name: info for info in recovery._handle.parameters()}
+        return recovery
+
+    @property
+    def ended(self) -> bool:
+        """Whether its renderer was put to another use: steps, images and checkpoints raise UsageError then, all else can be asked for."""
+        return self._handle.ended()
+
+    def progress(self) -> RecoveryProgress:
+        """What another recovery can go on from: the steps done, and what the optimiser knows of each parameter."""
+        return self._handle.progress()
+
+    def set_samples(self, spp: int, spp_gradient: int) -> None:
+        """Samples per pixel of the images and of the derivative passes of the steps to come.
+
+        Raises:
+            UsageError: one of them is out of range.
+        """
+        self._handle.set_samples(spp, spp_gradient)
+
+    def set_rate_factor(self, factor: float) -> None:
+        """A factor on all rates of the steps to come, from 0 to 1e6, beside the schedule.
+
+        Raises:
+            UsageError: it is out of range.
+        """
+        self._handle.set_rate_factor(factor)
 
     def __iter__(self) -> Recovery:
         return self
@@ -91,8 +144,17 @@ class Recovery(Iterator[RecoveryStep]):
         Raises:
             NumericalError: no entry of the gradient is finite.
             DeviceError: the device is lost.
+            UsageError: the recovery has ended.
         """
-        return self._handle.step()
+        try:
+            return self._handle.step()
+        finally:
+            self._followed()
+
+    def _followed(self) -> None:
+        """The scene of a renderer has the values of the last step."""
+        if self._shared is not None:
+            self._shared._note(self._infos)
 
     @property
     def steps_done(self) -> int:
@@ -136,6 +198,18 @@ class Recovery(Iterator[RecoveryStep]):
         """What the camera of a target (by its number) sees at the current values, or at those where the recovery began, (height, width, 3)."""
         return as_image(self._handle.image(target, spp, initial))
 
+    def image_into(self, film: Film, target: int = 0, spp: int = 64) -> PassReport:
+        """Adds `spp` samples per pixel of that image, at the current values, to a film of the target's size. Returns what the pass did.
+
+        Raises:
+            UsageError: there is no such target, the film has another size, or the recovery has ended.
+        """
+        return self._handle.image_into(film._handle, target, spp)
+
+    def target(self, target: int = 0) -> Image:
+        """What steps compare with: the image that was given, (height, width, 3)."""
+        return as_image(self._handle.target(target))
+
     @property
     def errors(self) -> dict[str, Any]:
         """Under an error target: how many "gradients" there were, how many of them "missed" it, and the "worst" error of these."""
@@ -153,16 +227,24 @@ class Recovery(Iterator[RecoveryStep]):
     def apply(self, scene: Scene) -> None:
         """Puts the current values into a scene: that it was made of, or a copy of it."""
         self._handle.apply(scene._handle)
-        scene._revision += 1
-        scene._changed.update(self._infos)
+        scene._note(self._infos)
 
-    def save(self, folder: Path) -> None:
-        """Writes all that resume() needs, and keeps the one before.
+    def save(self, folder: Path, note: str = "") -> None:
+        """Writes all that resume() needs, and keeps the one before. `note` is a text of the caller's, kept with it.
 
         Raises:
             OutputError: that fails.
         """
-        self._handle.save(folder)
+        self._handle.save(folder, note)
+
+    @staticmethod
+    def note(folder: Path) -> str | None:
+        """The note of what resume() continues from; None where the folder has nothing of the kind.
+
+        Raises:
+            InputError: nothing of it can be read.
+        """
+        return _cmpg.Recovery.note(folder)
 
     def resume(self, folder: Path) -> bool:
         """Continues from what save() wrote to what the saved recovery would have found, bit for bit on the same device.
@@ -174,7 +256,30 @@ class Recovery(Iterator[RecoveryStep]):
             UsageError: it is of a recovery with other options; the first difference is named.
             InputError: it is of another scene or target, or cannot be read.
         """
-        return self._handle.resume(folder)
+        try:
+            return self._handle.resume(folder)
+        finally:
+            self._followed()
+
+
+def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed: int, loss: str, optimizer: str,
+             rate: float | Mapping[str, float] | None, schedule: str, final_rate: float, prior: float, total_variation: float, views_per_step: int,
+             warm_up: int, freeze: int, error_target: float) -> _cmpg.RecoveryOptions:
+    rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
+    return _cmpg.RecoveryOptions(steps=steps, spp=spp, spp_gradient=spp_gradient, spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer,
+                                 rates=rates, schedule=schedule, final_rate=final_rate, prior=prior, total_variation=total_variation,
+                                 views_per_step=views_per_step, warm_up=warm_up, freeze=freeze, error_target=error_target)
+
+
+def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:
+    targets: list[_cmpg.Target] = []
+    for camera, image in (target if isinstance(target, Mapping) else {"": target}).items():
+        held = sum(known.nbytes for known in targets)
+        name, moved = view_of(camera)
+        targets.append(target_of(image, name, mask, exposure, held >= MOST_TARGET_BYTES))
+        if moved is not None:
+            targets[-1].move(moved)
+    return targets
 
 
 def target_of(image: Any, camera: str, mask: Any, exposure: float, stream: bool = False) -> Any:

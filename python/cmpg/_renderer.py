@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy.typing as npt
 from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, names_of
 from ._cmpg import PassReport
-from ._scene import Device, Scene
+from ._film import Film
+from ._scene import Camera, Device, Scene, view_of
 
 
 def path_options(max_depth: int, sampling: str, pixel_sampling: str, roulette: str, positivize: bool, no_nee: bool, memory: int, guide_memory: int,
@@ -19,6 +20,46 @@ def path_options(max_depth: int, sampling: str, pixel_sampling: str, roulette: s
     return _cmpg.PathOptions(max_depth=max_depth, sampling=sampling, pixel_sampling=pixel_sampling, roulette=roulette, positivize=positivize,
                              no_nee=no_nee, memory=memory, guide_memory=guide_memory, sampler=sampler, load_guide=load_guide or "",
                              keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
+
+
+class GuidePoint:
+    """What the guide knows at a point of a scene. It has three parts: light, and the positive and the negative terms of its derivatives."""
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = handle
+        #: the number of the point's cell
+        self.cell: int = handle.cell
+        #: how many cells there are
+        self.cells: int = handle.cells
+        #: that the cell has learned from; those of old passes count less
+        self.records: float = handle.records
+        #: the same, faded since the cell learned last
+        self.weight: float = handle.weight
+        #: of the parts, per record
+        self.means: tuple[float, float, float] = handle.means
+        #: of the parts, in the mixture for a path that arrives straight from the camera
+        self.weights: tuple[float, float, float] = handle.weights
+        #: of light in that mixture, from 0 to 1; the derivatives have the rest
+        self.light_share: float = handle.light_share
+        #: of directions that are drawn from the mixture, from 0 to 1, where the material is rough enough; 0 where it is empty
+        self.guide_share: float = handle.guide_share
+
+    def density(self, mixture: Sequence[float] | None = None, *, edge: int = 128) -> Image:
+        """The density of a mixture of the parts over that of uniform directions, (edge, edge, 1), the mean over each pixel.
+
+        The picture is the equal-area square of all directions: azimuth across, z up, row 0 is z = 1. It is 0 where the mixture is empty.
+
+        Args:
+            mixture: weights of the three parts; None: `weights`.
+            edge: a power of two, from 2 to 4096.
+
+        Raises:
+            UsageError: another number of weights, or another edge.
+        """
+        return as_image(self._handle.density(list(self.weights if mixture is None else mixture), edge))
+
+    def __repr__(self) -> str:
+        return f"<cmpg.GuidePoint cell {self.cell} of {self.cells}, {self.guide_share:.0%} of directions>"
 
 
 class Renderer:
@@ -44,6 +85,8 @@ class Renderer:
         keep_guide: to be saved: learn a guide even where no pass would draw from it.
         expert: guide_share (of directions, drawn from the guide), roulette_effort, cell_records, direction_share, forgetting, all_features, as of
             the command line.
+        recoveries: there is room for images, learning, derivatives and recoveries in turn (Recovery.of()), so that a guide outlives what comes next. It takes
+            more memory.
 
     Raises:
         UsageError: an unknown parameter or an option out of range.
@@ -53,24 +96,24 @@ class Renderer:
     def __init__(self, scene: Scene, param: Names = (), *, device: Device | None = None, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
                  guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
-                 keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
+                 keep_guide: bool = False, expert: Mapping[str, float] | None = None, recoveries: bool = False) -> None:
         paths = path_options(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
         #: what the last pass did: samples, error, seconds, method; None before the first
         self.report: PassReport | None = None
         self._scene = scene
-        self._handle = _cmpg.Renderer((device or scene.device)._handle, scene._handle, names_of(param), paths)
+        self._handle = _cmpg.Renderer((device or scene.device)._handle, scene._handle, names_of(param), paths, recoveries)
 
     @property
     def parameters(self) -> list[str]:
         """Names of what derivatives may be asked for, globs expanded."""
         return [info.name for info in self._handle.parameters()]
 
-    def render(self, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+    def render(self, *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
                anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
         """Radiance, (height, width, 3).
 
         Args:
-            camera: its name; "": the first.
+            camera: its name, or a Camera that may have been moved; "": the first.
             width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: 512 wide.
             spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
             seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
@@ -87,10 +130,10 @@ class Renderer:
             UsageError: an unknown camera, or an option out of range.
         """
         image, self.report = self._handle.render(
-            _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
+            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
         return as_image(image)
 
-    def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
+    def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
                 train: int = 0, train_spp: int = 0, anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0,
                 batches: int = 0, layers: bool = False) -> Image:
         """The derivative of the image along a direction, (height, width, 3): the sum over the parameters of dI/dp . v.
@@ -100,15 +143,107 @@ class Renderer:
             frozen: with the random numbers of render() with the same seed, for comparison with finite differences; from no guide.
             The others as in render().
         """
-        given = [(name, self._direction(name, values)) for name, values in direction.items()]
         image, self.report = self._handle.forward(
-            given, _cmpg.PassOptions(camera, width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
+            self._directions(direction),
+            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
         return as_image(image)
+
+    def render_into(self, film: Film, *, camera: str | Camera = "", spp: int = 64, seed: int = 0) -> None:
+        """Adds samples to a film: those that follow the film's in the sequence of the seed's random numbers.
+
+        For passes of one film, all else is equal: values, camera and seed. Directions are drawn by what was found best so far, and nothing is learned from
+        the samples. A pass that Ctrl-C ends leaves the film as it was.
+
+        Args:
+            film: the image has its size.
+            camera, seed: as in render().
+            spp: samples per pixel that are added.
+
+        Raises:
+            UsageError: an unknown camera, or an option out of range.
+        """
+        self.report = self._handle.render_into(film._handle, _cmpg.PassOptions(*view_of(camera), spp=spp, seed=seed))
+
+    def forward_into(self, film: Film, direction: Mapping[str, npt.ArrayLike], *, camera: str | Camera = "", spp: int = 64, seed: int = 0) -> None:
+        """The same for the derivative of the image along a direction, as in forward()."""
+        self.report = self._handle.forward_into(film._handle, self._directions(direction), _cmpg.PassOptions(*view_of(camera), spp=spp, seed=seed))
+
+    def train(self, direction: Mapping[str, npt.ArrayLike] | None = None, *, passes: int = 1, spp: int = 64, camera: str | Camera = "", width: int = 0,
+              height: int = 0, seed: int = 0) -> None:
+        """Learning passes alone: they go on from all that this method has learned so far, with random numbers of their own.
+
+        Args:
+            direction: learn for derivatives along it, as in forward(); None: for images.
+            passes: how many.
+            spp: samples per pixel of each.
+            camera, width, height, seed: as in render().
+
+        Raises:
+            UsageError: an unknown camera, or an option out of range.
+        """
+        options = _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train=passes)
+        self._handle.train(self._directions(direction or {}), options)
+
+    def forget(self) -> None:
+        """Forgets all that the guide has learned."""
+        self._handle.forget()
+
+    def set_sampling(self, sampling: str) -> None:
+        """Has directions drawn otherwise from here on, by the guide as it is. It takes a renderer with `recoveries`, and ends its recovery.
+
+        Raises:
+            UsageError: there is no such way, or the renderer was made without `recoveries`.
+        """
+        self._handle.set_sampling(sampling)
+
+    def footprint(self, kinds: str | Sequence[str] = "render", *, train: bool = False) -> dict[str, Any]:
+        """What a renderer with these options would take. Its buffers are allocated beside those of this one and freed again, nothing is compiled.
+
+        Args:
+            kinds: of passes: "render", "forward", "backward", or several.
+            train: with learning passes before them.
+
+        Returns:
+            "buffers": bytes of device memory, by what is in them;
+            "kernels": a dict each: "kind" of the passes that it is for, "name", and "bytes" and "module_bytes" of SPIR-V: specialised for the scene, and as it is
+            for all scenes;
+            "features": what kernels are made for, by name: "on", "off" or what it is.
+
+        Raises:
+            UsageError: there is no such kind.
+            DeviceError: memory is short.
+        """
+        return self._handle.footprint(names_of(kinds), _cmpg.PassOptions("", None, train=int(train)))
+
+    def guide_at(self, position: Sequence[float], kind: str = "render") -> GuidePoint | None:
+        """What the guide knows at a point of the scene; None where it has learned nothing yet.
+
+        Args:
+            position: (x, y, z), such as the position of a SurfacePoint.
+            kind: of the passes that draw: "render", "forward" or "backward".
+        """
+        found = self._handle.guide_at([float(x) for x in position], kind)
+        return None if found is None else GuidePoint(found)
+
+    def guide_cells(self, depth: npt.ArrayLike, *, camera: str | Camera = "") -> Image | None:
+        """The number of the guide's cell at the first surface of every pixel, (height, width, 1); -1 where there is none.
+
+        Args:
+            depth: (height, width, 1): "depth" of the layers of a pass or film by that camera.
+
+        Returns:
+            None where the guide has learned nothing yet.
+        """
+        cells = self._handle.guide_cells(floats(depth), _cmpg.PassOptions(*view_of(camera)))
+        return None if cells is None else as_image(cells)
+
+    def _directions(self, direction: Mapping[str, npt.ArrayLike]) -> list[tuple[str, npt.NDArray[np.float32]]]:
+        return [(name, self._direction(name, values)) for name, values in direction.items()]
 
     def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
         return floats(np.broadcast_to(floats(values), self._scene[name].shape))
 
-    def check(self, name: str, direction: npt.ArrayLike = 1, *, camera: str = "", width: int = 0, height: int = 0, spp: int = 16, spp_gradient: int = 0,
+    def check(self, name: str, direction: npt.ArrayLike = 1, *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 16, spp_gradient: int = 0,
               seed: int = 0) -> dict[str, Any]:
         """The derivative along a direction of one parameter against finite differences of images, 16 times each.
 
@@ -123,7 +258,7 @@ class Renderer:
             "comparisons": these, each with "what", "forward", "finite", "standard_error", "relative_error", "power" (the least relative error that would
             stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
         """
-        options = _cmpg.PassOptions(camera, width, height, spp, seed, 0, 0, True, True, 0, 0, 0, False)
+        options = _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, frozen=True)
         return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
 
     def save_guide(self, file: Path) -> None:
@@ -135,7 +270,7 @@ class Renderer:
         """
         self._handle.save_guide(file)
 
-    def backward(self, adjoint: npt.ArrayLike, *, camera: str = "", spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
+    def backward(self, adjoint: npt.ArrayLike, *, camera: str | Camera = "", spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
                  anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0) -> dict[str, Image]:
         """adjoint^T . dI/dp of every parameter in `param`, by name, in the parameter's shape.
 
@@ -146,5 +281,5 @@ class Renderer:
             The others as in render().
         """
         gradients, self.report = self._handle.backward(
-            floats(adjoint), _cmpg.PassOptions(camera, 0, 0, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, False))
+            floats(adjoint), _cmpg.PassOptions(*view_of(camera), 0, 0, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, False))
         return {name: as_image(gradient) for name, gradient in gradients.items()}

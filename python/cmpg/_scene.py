@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,8 +94,7 @@ class Parameter:
         if array.ndim > 1 and array.shape != self.shape:
             raise UsageError(f"{self.name} has the shape {self.shape}, not {array.shape}", "", "give that shape, one value per channel, or a number")
         self._scene._handle.set(self.name, array)
-        self._scene._revision += 1
-        self._scene._changed.add(self.name)
+        self._scene._note([self.name])
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
         return np.asarray(self.values, dtype=dtype)
@@ -112,8 +112,59 @@ class Parameter:
         return f"<cmpg.Parameter {self.name} {self.shape} in [{self.lowest:g}, {self.highest:g}]>"
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Camera:
+    """A camera of a scene, as Scene.camera() gives it, or moved: passes, picks and targets take it in place of a name.
+
+    look_at() moves it. dataclasses.replace(camera, yfov=0.5) changes anything else.
+
+    Attributes:
+        name: of the scene's camera that is moved; where the scene has none of that name, its first.
+        to_world: (4, 4), from the camera to the world. Its columns are the directions to the camera's right, above it and behind it, then its place, in
+            the scene's units. It looks against the third.
+        orthographic: whether rays are parallel.
+        yfov: of a perspective camera: the angle of the picture's height in radians, above 0 and below pi.
+        ymag: of an orthographic camera: half the picture's height in the scene's units, above 0.
+        aspect: width / height of the picture where nothing else is asked for; None where the file does not say.
+    """
+
+    name: str
+    to_world: npt.NDArray[np.float32]
+    orthographic: bool = False
+    yfov: float = 0.8
+    ymag: float = 1
+    aspect: float | None = None
+
+    def look_at(self, place: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0, 1, 0)) -> Camera:
+        """The same camera at a place, looking at a target: points (x, y, z) of the scene. `up` is a direction that is above in the picture.
+
+        Raises:
+            UsageError: the points are the same, or `up` is the direction from one to the other.
+        """
+        at = np.asarray(place, dtype=np.float64)
+        back = at - np.asarray(target, dtype=np.float64)
+        right = np.cross(np.asarray(up, dtype=np.float64), back)
+        if not (back @ back > 0 and right @ right > 1e-12 * (back @ back)):
+            raise UsageError("a camera cannot look there", "place and target are the same, or `up` is the direction from one to the other",
+                             "choose another place, target or up", ["camera"])
+        above = np.cross(back, right)
+        columns = [right / np.linalg.norm(right), above / np.linalg.norm(above), back / np.linalg.norm(back), at]
+        pose = np.eye(4, dtype=np.float32)
+        pose[:3] = np.stack(columns, axis=1)
+        return dataclasses.replace(self, to_world=pose)
+
+    def _info(self) -> _cmpg.CameraInfo:
+        columns = np.asarray(self.to_world, dtype=np.float32).T
+        return _cmpg.CameraInfo(self.name, columns.ravel().tolist(), bool(self.orthographic), float(self.yfov), float(self.ymag))
+
+
+def view_of(camera: str | Camera) -> tuple[str, _cmpg.CameraInfo | None]:
+    """The name of a camera, or that camera moved."""
+    return ("", camera._info()) if isinstance(camera, Camera) else (camera, None)
+
+
 class SurfacePoint(NamedTuple):
-    """What a camera sees first at a place of an image."""
+    """What a camera sees first at a place of an image. Lengths are in the scene's units."""
 
     position: tuple[float, float, float]
     #: the triangle's normal, towards the camera
@@ -160,6 +211,11 @@ class Scene:
         other._renderers = {}
         return other
 
+    def _note(self, names: Iterable[str]) -> None:
+        """These parameters have other values now."""
+        self._revision += 1
+        self._changed.update(names)
+
     @property
     def device(self) -> Device:
         """Where renderers and recoveries of this scene run that were given no device: the best one, opened when it is first needed."""
@@ -187,13 +243,27 @@ class Scene:
         """Aspect ratio (width / height, None where the file has none) by name."""
         return dict(self._handle.cameras())
 
-    def pick(self, x: float, y: float, *, camera: str = "", width: int = 0, height: int = 0) -> SurfacePoint | None:
-        """The surface at a place of an image of that size; (0, 0) is the top left corner of the top left pixel. None where there is none.
+    def camera(self, name: str = "") -> Camera:
+        """One of the cameras; "": the first.
 
         Raises:
             UsageError: there is no such camera.
         """
-        found = self._handle.pick(x, y, camera, width, height)
+        info = self._handle.camera(name)
+        pose = np.array(info.columns, dtype=np.float32).reshape(4, 4).T.copy()
+        return Camera(info.name, pose, info.orthographic, info.yfov, info.ymag, info.aspect)
+
+    def pick(self, x: float, y: float, *, camera: str | Camera = "", width: int = 0, height: int = 0) -> SurfacePoint | None:
+        """The surface at a place of an image of that size; (0, 0) is the top left corner of the top left pixel. None where there is none.
+
+        Args:
+            x, y: in pixels, from the left and from the top.
+            camera, width, height: as in Renderer.render().
+
+        Raises:
+            UsageError: there is no such camera, or its pose is not finite.
+        """
+        found = self._handle.pick(x, y, *view_of(camera), width, height)
         return None if found is None else SurfacePoint(*found)
 
     @property

@@ -17,7 +17,7 @@ try:
 except ImportError as error:
     raise ImportError("cmpg.torch needs PyTorch: pip install torch") from error
 
-from . import Device, Renderer, Scene, UsageError
+from . import Camera, Device, Renderer, Scene, UsageError
 
 __all__ = ["render"]
 
@@ -70,7 +70,7 @@ class _Render(torch.autograd.Function):
         return (None, None, None, None, *found)
 
 
-def render(scene: Scene, parameters: Mapping[str, torch.Tensor], *, device: Device | None = None, camera: str = "", width: int = 0, height: int = 0,
+def render(scene: Scene, parameters: Mapping[str, torch.Tensor], *, device: Device | None = None, camera: str | Camera = "", width: int = 0, height: int = 0,
            spp: int = 16, spp_gradient: int = 0, seed: int = 0, frozen: bool = False, **options: Any) -> torch.Tensor:
     """An image of the scene whose parameters have the values of tensors, differentiable by them.
 

@@ -13,7 +13,9 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
+#include <string>
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -36,6 +38,7 @@ template <class T> struct Held {
 using Device = Held<cmpg::Device>;
 using Renderer = Held<cmpg::Renderer>;
 using Recovery = Held<cmpg::Recovery>;
+using Film = cmpg::Film; // no device has a part of it
 
 // An array that takes over the values.
 template <class T> Array toArray(std::vector<T> values, int height, int width, int channels) {
@@ -52,6 +55,18 @@ inline Array toArray(cmpg::Image image) { return toArray(std::move(image.values)
 template <class T> Array toArray(std::vector<T> values, const cmpg::ParameterInfo& info) {
     return toArray(std::move(values), info.height, info.width, info.channels);
 }
+
+// By name. `guided`: also what a guide does.
+nb::dict toArrays(cmpg::Layers layers, bool guided);
+
+// Where in the scene.
+inline std::array<float, 3> toPoint(const std::vector<float>& place) {
+    if (place.size() != 3)
+        throw cmpg::Error(cmpg::ErrorKind::Usage, "a point has 3 coordinates, not " + std::to_string(place.size()), {}, "give x, y and z");
+    return {place[0], place[1], place[2]};
+}
+inline nb::tuple toTuple(const std::array<float, 3>& v) { return nb::make_tuple(v[0], v[1], v[2]); }
+inline nb::tuple toTuple(const std::array<double, 3>& v) { return nb::make_tuple(v[0], v[1], v[2]); }
 
 inline cmpg::Image toImage(const Floats& array) {
     if (array.ndim() != 3 || (array.shape(2) != 1 && array.shape(2) != 3))
@@ -71,13 +86,6 @@ template <class E, std::size_t N> E named(const std::string& option, const std::
         all += (all.empty() ? "" : ", ") + std::string(known.name);
     }
     throw cmpg::Error(cmpg::ErrorKind::Usage, option + " cannot be '" + name + "'", {}, "take one of " + all, {option});
-}
-
-template <class E, std::size_t N> const char* nameOf(E value, const cmpg::EnumName<E> (&names)[N]) {
-    for (const auto& known : names)
-        if (known.value == value)
-            return known.name;
-    return "";
 }
 
 // Ctrl-C ends a pass.

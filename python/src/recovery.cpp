@@ -6,6 +6,7 @@ void bindRecovery(nb::module_& m) {
         .def("__init__", [](cmpg::Target* self, const Floats& image, const std::string& camera, const std::optional<Floats>& mask) {
             new (self) cmpg::Target{camera, toImage(image), mask ? toVector(*mask) : std::vector<float>()};
         }, "image"_a, "camera"_a, "mask"_a.none())
+        .def("move", [](cmpg::Target& self, const cmpg::CameraInfo& camera) { self.from = camera; }, "camera"_a)
         .def_static("load", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
             return released([&] { return cmpg::Target::load(file, camera, mask, exposure); });
         }, "file"_a, "camera"_a, "mask"_a, "exposure"_a)
@@ -40,38 +41,55 @@ void bindRecovery(nb::module_& m) {
             return std::string(text);
         });
 
+    nb::class_<cmpg::RecoveryOptions>(m, "RecoveryOptions")
+        .def("__init__", [](cmpg::RecoveryOptions* self, std::uint32_t steps, std::uint32_t spp, std::uint32_t sppGradient, std::uint32_t sppDifference,
+                            std::uint64_t seed, const std::string& loss, const std::string& optimizer,
+                            const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule, float finalRate, float prior,
+                            float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp, std::uint32_t freeze, double errorTarget) {
+            new (self) cmpg::RecoveryOptions{.steps = steps,
+                                             .spp = spp,
+                                             .sppGradient = sppGradient,
+                                             .sppDifference = sppDifference,
+                                             .seed = seed,
+                                             .loss = named("loss", loss, cmpg::kLosses),
+                                             .optimizer = named("optimizer", optimizer, cmpg::kOptimizers),
+                                             .rates = rates,
+                                             .schedule = named("schedule", schedule, cmpg::kSchedules),
+                                             .finalRate = finalRate,
+                                             .prior = prior,
+                                             .totalVariation = totalVariation,
+                                             .viewsPerStep = viewsPerStep,
+                                             .warmUp = warmUp,
+                                             .freeze = freeze,
+                                             .errorTarget = errorTarget};
+        }, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a, "loss"_a, "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a,
+           "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a, "error_target"_a);
+
+    nb::class_<cmpg::RecoveryProgress>(m, "RecoveryProgress", "What another recovery can go on from: the steps done, and what the optimiser knows of each parameter.");
+
     nb::class_<Recovery>(m, "Recovery")
         .def("__init__", [](Recovery* self, const Device& device, const cmpg::Scene& scene, const std::vector<cmpg::Target>& targets,
-                            const std::vector<std::string>& parameters, const cmpg::PathOptions& paths, std::uint32_t steps, std::uint32_t spp,
-                            std::uint32_t sppGradient, std::uint32_t sppDifference, std::uint64_t seed, const std::string& loss,
-                            const std::string& optimizer, const std::vector<std::pair<std::string, float>>& rates, const std::string& schedule,
-                            float finalRate, float prior, float totalVariation, std::uint32_t viewsPerStep, std::uint32_t warmUp,
-                            std::uint32_t freeze, double errorTarget) {
-            const cmpg::RecoveryOptions options{.paths = paths,
-                                                .parameters = parameters,
-                                                .steps = steps,
-                                                .spp = spp,
-                                                .sppGradient = sppGradient,
-                                                .sppDifference = sppDifference,
-                                                .seed = seed,
-                                                .loss = named("loss", loss, cmpg::kLosses),
-                                                .optimizer = named("optimizer", optimizer, cmpg::kOptimizers),
-                                                .rates = rates,
-                                                .schedule = named("schedule", schedule, cmpg::kSchedules),
-                                                .finalRate = finalRate,
-                                                .prior = prior,
-                                                .totalVariation = totalVariation,
-                                                .viewsPerStep = viewsPerStep,
-                                                .warmUp = warmUp,
-                                                .freeze = freeze,
-                                                .errorTarget = errorTarget};
+                            const std::vector<std::string>& parameters, const cmpg::PathOptions& paths, cmpg::RecoveryOptions options) {
+            options.parameters = parameters;
+            options.paths = paths;
             new (self) Recovery(released([&] {
                 cmpg::Recovery recovery(*device.library, scene, targets, options);
                 recovery.onSubmission(endOnSignals);
                 return recovery;
             }));
-        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "steps"_a, "spp"_a, "spp_gradient"_a, "spp_difference"_a, "seed"_a,
-           "loss"_a, "optimizer"_a, "rates"_a, "schedule"_a, "final_rate"_a, "prior"_a, "total_variation"_a, "views_per_step"_a, "warm_up"_a, "freeze"_a, "error_target"_a)
+        }, "device"_a, "scene"_a, "targets"_a, "parameters"_a, "paths"_a, "options"_a)
+        .def("__init__", [](Recovery* self, const Renderer& renderer, const std::vector<cmpg::Target>& targets, const cmpg::RecoveryOptions& options,
+                            const std::optional<cmpg::RecoveryProgress>& progress) {
+            new (self) Recovery(released([&] {
+                return cmpg::Recovery(*renderer.library, targets, options, progress.value_or(cmpg::RecoveryProgress{})); // which ends on signals
+            }));
+        }, "renderer"_a, "targets"_a, "options"_a, "progress"_a.none())
+        .def("ended", [](const Recovery& self) { return released([&] { return self.library->ended(); }); })
+        .def("progress", [](const Recovery& self) { return released([&] { return self.library->progress(); }); })
+        .def("set_samples", [](Recovery& self, std::uint32_t spp, std::uint32_t sppGradient) {
+            released([&] { self.library->setSamples(spp, sppGradient); });
+        }, "spp"_a, "spp_gradient"_a)
+        .def("set_rate_factor", [](Recovery& self, double factor) { released([&] { self.library->setRateFactor(factor); }); }, "factor"_a)
         .def("step", [](Recovery& self) { return released([&] { return self.library->step(); }); })
         .def("steps", [](const Recovery& self) { return released([&] { return self.library->steps(); }); })
         .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
@@ -87,6 +105,12 @@ void bindRecovery(nb::module_& m) {
         .def("image", [](Recovery& self, std::size_t target, std::uint32_t spp, bool initial) {
             return toArray(released([&] { return self.library->image(target, spp, initial); }));
         }, "target"_a, "spp"_a, "initial"_a)
+        .def("image_into", [](Recovery& self, Film& film, std::size_t target, std::uint32_t spp) {
+            cmpg::PassReport report;
+            released([&] { self.library->image(film, target, spp, &report); });
+            return report;
+        }, "film"_a, "target"_a, "spp"_a)
+        .def("target", [](const Recovery& self, std::size_t target) { return toArray(released([&] { return self.library->target(target); })); }, "target"_a)
         .def("errors", [](const Recovery& self) {
             const cmpg::GradientErrors errors = released([&] { return self.library->errors(); });
             nb::dict result;
@@ -97,7 +121,10 @@ void bindRecovery(nb::module_& m) {
         })
         .def("save_guide", [](const Recovery& self, const std::filesystem::path& file) { released([&] { self.library->saveGuide(file); }); }, "file"_a)
         .def("apply", [](const Recovery& self, cmpg::Scene& scene) { released([&] { self.library->apply(scene); }); }, "scene"_a)
-        .def("save", [](const Recovery& self, const std::filesystem::path& folder) { released([&] { self.library->save(folder); }); }, "folder"_a)
+        .def("save", [](const Recovery& self, const std::filesystem::path& folder, const std::string& note) {
+            released([&] { self.library->save(folder, note); });
+        }, "folder"_a, "note"_a)
+        .def_static("note", [](const std::filesystem::path& folder) { return released([&] { return cmpg::Recovery::note(folder); }); }, "folder"_a)
         .def("resume", [](Recovery& self, const std::filesystem::path& folder) {
             return released([&] { return self.library->resume(folder); });
         }, "folder"_a);

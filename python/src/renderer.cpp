@@ -39,10 +39,11 @@ cmpg::PathOptions pathOptions(std::uint32_t maxDepth, const std::string& samplin
             .allFeatures = allFeatures};
 }
 
-cmpg::PassOptions passOptions(const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed, std::uint32_t train,
-                              std::uint32_t trainSpp, bool anew, bool frozen, double errorTarget, double timeBudget, std::uint32_t batches, bool layers) {
-    return {.camera = camera, .width = width, .height = height, .spp = spp, .seed = seed, .train = train, .trainSpp = trainSpp, .anew = anew,
-            .frozen = frozen, .errorTarget = errorTarget, .timeBudget = timeBudget, .batches = batches, .layers = layers};
+cmpg::PassOptions passOptions(const std::string& camera, const std::optional<cmpg::CameraInfo>& from, int width, int height, std::uint32_t spp,
+                              std::uint64_t seed, std::uint32_t train, std::uint32_t trainSpp, bool anew, bool frozen, double errorTarget, double timeBudget,
+                              std::uint32_t batches, bool layers) {
+    return {.camera = camera, .from = from, .width = width, .height = height, .spp = spp, .seed = seed, .train = train, .trainSpp = trainSpp,
+            .anew = anew, .frozen = frozen, .errorTarget = errorTarget, .timeBudget = timeBudget, .batches = batches, .layers = layers};
 }
 
 void bindOptions(nb::module_& m) {
@@ -55,13 +56,13 @@ void bindOptions(nb::module_& m) {
         }, "max_depth"_a, "sampling"_a, "pixel_sampling"_a, "roulette"_a, "positivize"_a, "no_nee"_a, "memory"_a, "guide_memory"_a, "sampler"_a,
            "load_guide"_a, "keep_guide"_a, "expert"_a);
     nb::class_<cmpg::PassOptions>(m, "PassOptions")
-        .def("__init__", [](cmpg::PassOptions* self, const std::string& camera, int width, int height, std::uint32_t spp, std::uint64_t seed,
-                            std::uint32_t train, std::uint32_t trainSpp, bool anew, bool frozen, double errorTarget, double timeBudget,
-                            std::uint32_t batches, bool layers) {
+        .def("__init__", [](cmpg::PassOptions* self, const std::string& camera, const std::optional<cmpg::CameraInfo>& from, int width, int height,
+                            std::uint32_t spp, std::uint64_t seed, std::uint32_t train, std::uint32_t trainSpp, bool anew, bool frozen,
+                            double errorTarget, double timeBudget, std::uint32_t batches, bool layers) {
             new (self) cmpg::PassOptions(
-                passOptions(camera, width, height, spp, seed, train, trainSpp, anew, frozen, errorTarget, timeBudget, batches, layers));
-        }, "camera"_a, "width"_a, "height"_a, "spp"_a, "seed"_a, "train"_a, "train_spp"_a, "anew"_a, "frozen"_a, "error_target"_a, "time_budget"_a,
-           "batches"_a, "layers"_a);
+                passOptions(camera, from, width, height, spp, seed, train, trainSpp, anew, frozen, errorTarget, timeBudget, batches, layers));
+        }, "camera"_a, "moved"_a.none(), "width"_a = 0, "height"_a = 0, "spp"_a = 0, "seed"_a = 0, "train"_a = 0, "train_spp"_a = 0, "anew"_a = true,
+           "frozen"_a = false, "error_target"_a = 0.0, "time_budget"_a = 0.0, "batches"_a = 0, "layers"_a = false);
 }
 
 void bindReport(nb::module_& m) {
@@ -98,53 +99,150 @@ void bindReport(nb::module_& m) {
             }
             return figures;
         }, "what learning passes measured of each method")
-        .def("layers", [](const cmpg::PassReport& r) {
-            nb::dict layers;
-            const auto add = [&](const std::string& name, const cmpg::Image& image) {
-                if (image.width > 0)
-                    layers[name.c_str()] = toArray(image);
-            };
-            add("normal", r.layers.normal);
-            add("depth", r.layers.depth);
-            add("albedo", r.layers.albedo);
-            add("samples", r.layers.samples);
-            if (r.guided) {
-                add("guided", r.layers.guided);
-                add("dead", r.layers.dead);
-                add("cell", r.layers.cell);
-                for (std::size_t d = 0; d < r.layers.lightShare.size(); ++d)
-                    add("light_share" + std::to_string(d + 1), r.layers.lightShare[d]);
-            }
-            return layers;
-        });
+        .def("layers", [](const cmpg::PassReport& r) { return toArrays(r.layers, r.guided); },
+             "what the camera sees first, where the pass was told to keep it: arrays of (height, width, channels)");
+}
+
+void bindFilm(nb::module_& m) {
+    nb::class_<Film>(m, "Film")
+        .def(nb::init<int, int, bool>(), "width"_a, "height"_a, "layers"_a)
+        .def("width", &Film::width)
+        .def("height", &Film::height)
+        .def("samples", [](const Film& self) { return released([&] { return self.samples(); }); })
+        .def("image", [](const Film& self) { return toArray(released([&] { return self.image(); })); })
+        .def("layers", [](const Film& self) { return toArrays(released([&] { return self.layers(); }), true); });
+}
+
+void bindGuidePoint(nb::module_& m) {
+    nb::class_<cmpg::GuidePoint>(m, "GuidePoint")
+        .def_ro("cell", &cmpg::GuidePoint::cell)
+        .def_ro("cells", &cmpg::GuidePoint::cells)
+        .def_ro("records", &cmpg::GuidePoint::records)
+        .def_ro("weight", &cmpg::GuidePoint::weight)
+        .def_prop_ro("means", [](const cmpg::GuidePoint& self) { return toTuple(self.means); })
+        .def_prop_ro("weights", [](const cmpg::GuidePoint& self) { return toTuple(self.weights); })
+        .def_ro("light_share", &cmpg::GuidePoint::lightShare)
+        .def_ro("guide_share", &cmpg::GuidePoint::guideShare)
+        .def("density", [](const cmpg::GuidePoint& self, const std::vector<double>& mixture, int edge) {
+            if (mixture.size() != 3)
+                throw cmpg::Error(cmpg::ErrorKind::Usage, "a mixture has 3 parts, not " + std::to_string(mixture.size()), {},
+                                  "give the weights of light, and of the positive and the negative terms of its derivatives");
+            return toArray(released([&] { return self.density({mixture[0], mixture[1], mixture[2]}, edge); }));
+        }, "mixture"_a, "edge"_a);
+}
+
+constexpr cmpg::EnumName<cmpg::PassKind> kPassKinds[] = {
+    {cmpg::PassKind::Render, "render"}, {cmpg::PassKind::Forward, "forward"}, {cmpg::PassKind::Backward, "backward"}};
+
+using Directions = std::vector<std::pair<std::string, Floats>>;
+
+std::vector<cmpg::Direction> toDirections(const Directions& given) {
+    std::vector<cmpg::Direction> directions;
+    for (const auto& [name, values] : given)
+        directions.push_back({name, toVector(values)});
+    return directions;
 }
 
 } // namespace
 
+nb::dict toArrays(cmpg::Layers layers, bool guided) {
+    nb::dict arrays;
+    const auto add = [&](const std::string& name, cmpg::Image& image) {
+        if (image.width > 0)
+            arrays[name.c_str()] = toArray(std::move(image));
+    };
+    add("normal", layers.normal);
+    add("depth", layers.depth);
+    add("albedo", layers.albedo);
+    add("samples", layers.samples);
+    if (!guided)
+        return arrays;
+    add("guided", layers.guided);
+    add("dead", layers.dead);
+    add("cell", layers.cell);
+    for (std::size_t d = 0; d < layers.lightShare.size(); ++d)
+        add("light_share" + std::to_string(d + 1), layers.lightShare[d]);
+    return arrays;
+}
+
 void bindRenderer(nb::module_& m) {
     bindOptions(m);
     bindReport(m);
+    bindFilm(m);
+    bindGuidePoint(m);
     nb::class_<Renderer>(m, "Renderer")
         .def("__init__", [](Renderer* self, const Device& device, const cmpg::Scene& scene, const std::vector<std::string>& parameters,
-                            const cmpg::PathOptions& paths) {
+                            const cmpg::PathOptions& paths, bool recoveries) {
             new (self) Renderer(released([&] {
-                cmpg::Renderer renderer(*device.library, scene, {.paths = paths, .parameters = parameters});
+                cmpg::Renderer renderer(*device.library, scene, {.paths = paths, .parameters = parameters, .recoveries = recoveries});
                 renderer.onSubmission(endOnSignals);
                 return renderer;
             }));
-        }, "device"_a, "scene"_a, "parameters"_a, "paths"_a)
+        }, "device"_a, "scene"_a, "parameters"_a, "paths"_a, "recoveries"_a)
         .def("parameters", [](const Renderer& self) { return self.library->parameters(); })
         .def("render", [](Renderer& self, const cmpg::PassOptions& pass) {
             cmpg::PassReport report;
             return std::pair(toArray(released([&] { return self.library->render(pass, &report); })), report);
         }, "options"_a)
-        .def("forward", [](Renderer& self, const std::vector<std::pair<std::string, Floats>>& given, const cmpg::PassOptions& pass) {
-            std::vector<cmpg::Direction> directions;
-            for (const auto& [name, values] : given)
-                directions.push_back({name, toVector(values)});
+        .def("forward", [](Renderer& self, const Directions& given, const cmpg::PassOptions& pass) {
+            const std::vector<cmpg::Direction> directions = toDirections(given);
             cmpg::PassReport report;
             return std::pair(toArray(released([&] { return self.library->forward(directions, pass, &report); })), report);
         }, "directions"_a, "options"_a)
+        .def("render_into", [](Renderer& self, Film& film, const cmpg::PassOptions& pass) {
+            cmpg::PassReport report;
+            released([&] { self.library->render(film, pass, &report); });
+            return report;
+        }, "film"_a, "options"_a)
+        .def("forward_into", [](Renderer& self, Film& film, const Directions& given, const cmpg::PassOptions& pass) {
+            const std::vector<cmpg::Direction> directions = toDirections(given);
+            cmpg::PassReport report;
+            released([&] { self.library->forward(film, directions, pass, &report); });
+            return report;
+        }, "film"_a, "directions"_a, "options"_a)
+        .def("train", [](Renderer& self, const Directions& given, const cmpg::PassOptions& pass) {
+            const std::vector<cmpg::Direction> directions = toDirections(given);
+            released([&] { directions.empty() ? self.library->train(pass) : self.library->train(directions, pass); });
+        }, "directions"_a, "options"_a)
+        .def("forget", [](Renderer& self) { released([&] { self.library->forget(); }); })
+        .def("set_sampling", [](Renderer& self, const std::string& sampling) {
+            const cmpg::Sampling value = named("sampling", sampling, cmpg::kSamplings);
+            released([&] { self.library->setSampling(value); });
+        }, "sampling"_a)
+        .def("footprint", [](Renderer& self, const std::vector<std::string>& kinds, const cmpg::PassOptions& pass) {
+            std::vector<cmpg::PassKind> wanted;
+            for (const std::string& kind : kinds)
+                wanted.push_back(named("kinds", kind, kPassKinds));
+            const cmpg::Footprint found = released([&] { return self.library->footprint(wanted, pass); });
+            nb::dict result, features, buffers;
+            for (const auto& [name, value] : found.features)
+                features[name.c_str()] = value;
+            for (const auto& [name, bytes] : found.buffers)
+                buffers[name.c_str()] = bytes;
+            nb::list kernels;
+            for (const cmpg::Footprint::Kernel& k : found.kernels) {
+                nb::dict kernel;
+                kernel["kind"] = nameOf(k.kind, kPassKinds);
+                kernel["name"] = k.name;
+                kernel["bytes"] = k.bytes;
+                kernel["module_bytes"] = k.moduleBytes;
+                kernels.append(kernel);
+            }
+            result["features"] = features;
+            result["kernels"] = kernels;
+            result["buffers"] = buffers;
+            return result;
+        }, "kinds"_a, "options"_a)
+        .def("guide_at", [](const Renderer& self, const std::vector<float>& position, const std::string& kind) {
+            const std::array<float, 3> place = toPoint(position);
+            const cmpg::PassKind of = named("kind", kind, kPassKinds);
+            return released([&] { return self.library->guideAt(place, of); });
+        }, "position"_a, "kind"_a)
+        .def("guide_cells", [](const Renderer& self, const Floats& depth, const cmpg::PassOptions& pass) -> std::optional<Array> {
+            const cmpg::Image image = toImage(depth);
+            std::optional<cmpg::Image> cells = released([&] { return self.library->guideCells(image, pass); });
+            return cells ? std::optional(toArray(std::move(*cells))) : std::nullopt;
+        }, "depth"_a, "options"_a)
         .def("backward", [](Renderer& self, const Floats& adjoint, const cmpg::PassOptions& pass) {
             const cmpg::Image image = toImage(adjoint);
             cmpg::PassReport report;

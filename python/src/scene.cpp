@@ -2,7 +2,41 @@
 #include "handles.h"
 #include "ranks.h"
 
+namespace {
+
+bool isOf(const cmpg::Scene& scene, const std::string& camera) {
+    const std::vector<cmpg::CameraInfo> cameras = scene.cameras();
+    return std::any_of(cameras.begin(), cameras.end(), [&](const cmpg::CameraInfo& c) { return c.name == camera; });
+}
+
+// The first where `name` is empty.
+cmpg::CameraInfo cameraOf(const cmpg::Scene& scene, const std::string& name) {
+    scene.imageSize(name); // throws where there is no such camera
+    const std::vector<cmpg::CameraInfo> cameras = scene.cameras();
+    const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const cmpg::CameraInfo& c) { return c.name == name; });
+    return found == cameras.end() ? cameras.front() : *found;
+}
+
+void bindCamera(nb::module_& m) {
+    nb::class_<cmpg::CameraInfo>(m, "CameraInfo")
+        .def("__init__", [](cmpg::CameraInfo* self, const std::string& name, const std::vector<float>& columns, bool orthographic, float yfov, float ymag) {
+            if (columns.size() != 16)
+                throw cmpg::Error(cmpg::ErrorKind::Usage, "the pose of a camera is a matrix of (4, 4)", {}, "give camera to world", {"camera"});
+            new (self) cmpg::CameraInfo{.name = name, .orthographic = orthographic, .yfov = yfov, .ymag = ymag};
+            std::copy(columns.begin(), columns.end(), self->toWorld.begin());
+        }, "name"_a, "columns"_a, "orthographic"_a, "yfov"_a, "ymag"_a)
+        .def_ro("name", &cmpg::CameraInfo::name)
+        .def_ro("aspect", &cmpg::CameraInfo::aspect)
+        .def_prop_ro("columns", [](const cmpg::CameraInfo& self) { return std::vector<float>(self.toWorld.begin(), self.toWorld.end()); })
+        .def_ro("orthographic", &cmpg::CameraInfo::orthographic)
+        .def_ro("yfov", &cmpg::CameraInfo::yfov)
+        .def_ro("ymag", &cmpg::CameraInfo::ymag);
+}
+
+} // namespace
+
 void bindScene(nb::module_& m) {
+    bindCamera(m);
     m.def("encode_png", [](const Floats& image, float exposure) {
         const std::vector<std::uint8_t> bytes = cmpg::encodePng(toImage(image), exposure);
         return nb::bytes(bytes.data(), bytes.size());
@@ -60,18 +94,18 @@ void bindScene(nb::module_& m) {
                 cameras.emplace_back(camera.name, camera.aspect);
             return cameras;
         })
-        .def("pick", [](const cmpg::Scene& self, float x, float y, const std::string& camera, int width, int height) -> nb::object {
+        .def("camera", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return cameraOf(self, name); }); }, "name"_a)
+        .def("pick", [](const cmpg::Scene& self, float x, float y, const std::string& camera, const std::optional<cmpg::CameraInfo>& moved, int width,
+                        int height) -> nb::object {
             const std::optional<cmpg::SurfacePoint> point = released([&] {
-                const auto [w, h] = self.imageSize(camera, width, height); // throws where there is no such camera
-                const std::vector<cmpg::CameraInfo> cameras = self.cameras();
-                const auto named = std::find_if(cameras.begin(), cameras.end(), [&](const cmpg::CameraInfo& c) { return c.name == camera; });
-                return self.pick(named == cameras.end() ? cameras.front() : *named, w, h, x, y);
+                const cmpg::CameraInfo from = moved ? *moved : cameraOf(self, camera);
+                const auto [w, h] = self.imageSize(isOf(self, from.name) ? from.name : "", width, height);
+                return self.pick(from, w, h, x, y);
             });
             if (!point)
                 return nb::none();
-            const auto tuple = [](const std::array<float, 3>& v) { return nb::make_tuple(v[0], v[1], v[2]); };
-            return nb::make_tuple(tuple(point->position), tuple(point->normal), point->distance, point->material);
-        }, "x"_a, "y"_a, "camera"_a, "width"_a, "height"_a)
+            return nb::make_tuple(toTuple(point->position), toTuple(point->normal), point->distance, point->material);
+        }, "x"_a, "y"_a, "camera"_a, "moved"_a.none(), "width"_a, "height"_a)
         .def("parameters", [](const cmpg::Scene& self) { return released([&] { return self.parameters(); }); })
         .def("parameter", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return self.parameter(name); }); }, "name"_a)
         .def("select", &cmpg::Scene::select, "glob"_a)

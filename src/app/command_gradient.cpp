@@ -1,10 +1,9 @@
 // gradient: derivatives of the image (forward), of a function of it (reverse), and their check against finite differences.
+#include "app/check_table.h"
 #include "app/commands.h"
 #include "app/display.h"
 #include "base/communicator.h"
 #include "imaging/parameter_image.h"
-#include "optimize/gradient_check.h"
-#include "optimize/losses.h"
 #include "scene/export_folder.h"
 #include "session/output.h"
 #include "session/parameter_values.h"
@@ -36,7 +35,7 @@ Image forward(const Options& options, Report& report, RenderSession& session, co
     return gradient;
 }
 
-Image adjointOfLoss(const Options& options, Report& report, RenderSession& session, const Target& target, DisplayStream& display) {
+Image adjointOfLoss(const Options& options, Report& report, RenderSession& session, const v1::Target& target, DisplayStream& display) {
     v1::PassOptions pass = session.plainPass(options.effectiveSpp());
     pass.frozen = true;
     v1::PassReport done;
@@ -44,7 +43,7 @@ Image adjointOfLoss(const Options& options, Report& report, RenderSession& sessi
     session.add(done);
     report.seconds.primal = done.seconds;
     display.show("image", image);
-    LossResult loss = evaluateLoss(options.loss, image, target.image, target.mask);
+    v1::ImageLoss loss = v1::lossOf(options.loss, image, target);
     if (loss.nonFinite > 0)
         report.dropped["loss.nonfinite"] += loss.nonFinite;
     report.loss.push_back(loss.value);
@@ -73,16 +72,12 @@ ExitStatus runReverse(const Options& options, Report& report, RenderSession& ses
 
     DisplayStream display(options.displayServer, displayTitle(options));
     Image adjoint;
-    Target target;
-    std::string camera;
-    if (options.target.empty()) {
+    v1::Target target;
+    if (options.target.empty())
         adjoint = readColorImage(options.adjoint);
-    } else {
-        const CameraTarget chosen = loadCameraTarget(options, session.host(), options.target.front());
-        camera = chosen.camera;
-        target = chosen.target;
-    }
-    const View view = viewOf(options, session.host(), camera, options.target.empty() ? &adjoint : &target.image);
+    else
+        target = openTarget(options, session.scene, options.target.front());
+    const View view = viewOf(options, session.host(), target.camera, options.target.empty() ? &adjoint : &target.image);
     const std::filesystem::path folder = single ? folderOf(options.output) : std::filesystem::path(options.output);
     if (options.target.empty()) {
         session.prepare(view, folder, {v1::PassKind::Backward});
@@ -122,7 +117,7 @@ bool checkParameter(const Options& options, Report& report, RenderSession& sessi
     session.add(done);
     report.seconds.gradient += done.seconds;
     report.seconds.primal += done.imageSeconds;
-    textOut(options) << describe(result, direction.parameter, options.direction) << std::flush;
+    textOut(options) << checkTable(result, direction.parameter, options.direction) << std::flush;
     auto comparisons = nlohmann::ordered_json::array();
     for (const Comparison& c : result.comparisons)
         comparisons.push_back(toJson(c));

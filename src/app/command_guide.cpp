@@ -68,17 +68,13 @@ void printContext(std::ostream& out, const GuideContext& context) {
     out << "measured:    variance, rays per path, passes\n";
     for (const bool roulette : {false, true})
         for (const auto& [kind, f] : roulette ? context.rouletteFigures : context.figures)
-            for (const auto& name : kSamplings)
-                if (name.value == kind)
-                    printLine(out, "  %-13s%-10s%12.5g %8.3f %6u", name.name, roulette ? "roulette" : "", f.variance, f.rays, f.passes);
+            printLine(out, "  %-13s%-10s%12.5g %8.3f %6u", nameOf(kind, kSamplings), roulette ? "roulette" : "", f.variance, f.rays, f.passes);
 }
 
 nlohmann::ordered_json figuresJson(const std::map<Sampling, SamplingFigures>& figures) {
     auto json = nlohmann::ordered_json::object();
     for (const auto& [kind, f] : figures)
-        for (const auto& name : kSamplings)
-            if (name.value == kind)
-                json[name.name] = {{"variance", f.variance}, {"rays", f.rays}, {"passes", f.passes}};
+        json[nameOf(kind, kSamplings)] = {{"variance", f.variance}, {"rays", f.rays}, {"passes", f.passes}};
     return json;
 }
 

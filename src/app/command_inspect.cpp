@@ -1,9 +1,10 @@
 // inspect: what a scene holds, what can be differentiated, what a run on it would need.
 #include "app/commands.h"
 #include "base/log.h"
-#include "library/states.h"
-#include "session/render_options.h"
+#include "session/library_options.h"
 #include "session/session.h"
+
+#include <cmpg/renderer.h>
 
 #include <array>
 #include <cmath>
@@ -81,60 +82,43 @@ void listContents(std::ostream& out, Report& report, const Scene& scene) {
     report.extra["maxDepth"] = scene.maxDepth;
 }
 
-// What a renderer of the scene is made of, for passes as the options want them.
-struct Parts {
-    std::vector<std::pair<std::string, std::string>> features;
-    std::vector<KernelSize> kernels;
-    std::map<std::string, std::uint64_t> buffers; // bytes
-};
-
-Parts partsOf(const Options& options, Session& session, bool allFeatures) {
-    Device& device = session.openDevice().state()->device;
-    std::vector<std::uint32_t> parameters;
-    std::vector<std::uint64_t> ignored;
-    Scene scene = v1::copyOf(*session.scene.state(), session.parameters, parameters, ignored);
-    RenderConfig config = renderConfig(options, scene, parameters);
-    config.allFeatures |= allFeatures;
-    Renderer renderer(device, scene, config);
-    PassPlan plan;
-    if (config.guiding)
-        plan = {.method = {Sampling::Conditional, true}, .record = true};
-    Parts parts;
-    parts.features = renderer.describeFeatures();
-    parts.kernels = parameters.empty() ? renderer.allocate({Renderer::Mode::Render}, plan)
-                                               : renderer.allocate({Renderer::Mode::Render, Renderer::Mode::Forward, Renderer::Mode::Reverse}, plan);
-    parts.buffers = device.memory().buffers;
-    return parts;
+// What a renderer of the scene takes, for passes as the options want them.
+v1::Footprint footprintOf(const Options& options, Session& session, bool allFeatures) {
+    v1::PathOptions paths = pathOptions(options, options.effectiveDepth(session.scene.maxDepth()));
+    paths.allFeatures |= allFeatures;
+    v1::Renderer renderer(session.openDevice(), session.scene, {.paths = paths, .parameters = session.parameters});
+    const v1::PassOptions pass{.train = options.effectiveTrain()};
+    if (session.parameters.empty())
+        return renderer.footprint({v1::PassKind::Render}, pass);
+    return renderer.footprint({v1::PassKind::Render, v1::PassKind::Forward, v1::PassKind::Backward}, pass);
 }
 
-const char* modeName(Renderer::Mode mode) {
-    return mode == Renderer::Mode::Render ? "image" : mode == Renderer::Mode::Forward ? "forward" : "reverse";
-}
+const char* kindName(v1::PassKind kind) { return kind == v1::PassKind::Render ? "image" : kind == v1::PassKind::Forward ? "forward" : "reverse"; }
 
-void listKernels(std::ostream& out, Report& report, const Parts& scene, const Parts& all) {
+void listKernels(std::ostream& out, Report& report, const v1::Footprint& scene, const v1::Footprint& all) {
     auto& list = report.extra["kernel_sizes"] = nlohmann::ordered_json::array();
-    std::map<std::pair<Renderer::Mode, std::string>, std::uint64_t> needed; // bytes
-    for (const KernelSize& k : scene.kernels)
-        needed[{k.mode, k.kernel}] = k.specialisedBytes;
+    std::map<std::pair<v1::PassKind, std::string>, std::uint64_t> needed; // bytes
+    for (const v1::Footprint::Kernel& k : scene.kernels)
+        needed[{k.kind, k.name}] = k.bytes;
     out << "kernels (KiB of SPIR-V):                  scene       all    module\n";
     std::uint64_t sums[3]{};
-    for (const KernelSize& k : all.kernels) {
-        const auto found = needed.find({k.mode, k.kernel});
-        const std::uint64_t sizes[] = {found == needed.end() ? 0 : found->second, k.specialisedBytes, k.moduleBytes};
+    for (const v1::Footprint::Kernel& k : all.kernels) {
+        const auto found = needed.find({k.kind, k.name});
+        const std::uint64_t sizes[] = {found == needed.end() ? 0 : found->second, k.bytes, k.moduleBytes};
         for (int i = 0; i < 3; ++i)
             sums[i] += sizes[i];
         char line[160];
-        std::snprintf(line, sizeof line, "  %-8s %-24s %10.1f%10.1f%10.1f\n", modeName(k.mode), k.kernel.c_str(), double(sizes[0]) / 1024,
+        std::snprintf(line, sizeof line, "  %-8s %-24s %10.1f%10.1f%10.1f\n", kindName(k.kind), k.name.c_str(), double(sizes[0]) / 1024,
                       double(sizes[1]) / 1024, double(sizes[2]) / 1024);
         out << line;
-        list.push_back({{"mode", modeName(k.mode)}, {"kernel", k.kernel}, {"scene", sizes[0]}, {"all_features", sizes[1]}, {"module", sizes[2]}});
+        list.push_back({{"mode", kindName(k.kind)}, {"kernel", k.name}, {"scene", sizes[0]}, {"all_features", sizes[1]}, {"module", sizes[2]}});
     }
     char line[160];
     std::snprintf(line, sizeof line, "  %-33s %10.1f%10.1f%10.1f\n", "sum", double(sums[0]) / 1024, double(sums[1]) / 1024, double(sums[2]) / 1024);
     out << line;
 }
 
-void listMemory(std::ostream& out, Report& report, const Parts& scene, const Parts& all) {
+void listMemory(std::ostream& out, Report& report, const v1::Footprint& scene, const v1::Footprint& all) {
     std::map<std::string, std::array<std::uint64_t, 2>> rows;
     std::array<std::uint64_t, 2> sum{};
     for (int i = 0; i < 2; ++i)
@@ -157,7 +141,7 @@ void listMemory(std::ostream& out, Report& report, const Parts& scene, const Par
 
 // What a run would take, beside what it would take with every feature on. Compiles nothing.
 void describeDevice(std::ostream& out, const Options& options, Report& report, Session& session) {
-    const Parts scene = partsOf(options, session, false), all = partsOf(options, session, true);
+    const v1::Footprint scene = footprintOf(options, session, false), all = footprintOf(options, session, true);
     auto& features = report.extra["features"] = nlohmann::ordered_json::object();
     out << "features:\n";
     for (const auto& [name, value] : scene.features) {

@@ -8,8 +8,6 @@
 #include "imaging/contact_sheet.h"
 #include "imaging/loss_curve.h"
 #include "imaging/parameter_image.h"
-#include "optimize/losses.h"
-#include "scene/scene_file.h"
 #include "session/explain.h"
 #include "session/interrupt.h"
 #include "session/output.h"
@@ -100,7 +98,7 @@ void writeContactSheet(const Options& options, const Session& session, const v1:
     const std::filesystem::path scene = std::filesystem::absolute(options.input);
     sheet.title = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
     if (const std::vector<v1::RecoveryStep> steps = run.history(); !steps.empty())
-        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + lossName(options.loss) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
+        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + std::string(nameOf(options.loss, kLosses)) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         const Parameter& parameter = session.parameter(p);
         sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),
@@ -266,7 +264,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     folder.writeLosses(run.history());
     folder.attempt([&] {
         run.apply(session.scene);
-        folder.writeScene(session.scene, session.host().format->exported);
+        folder.writeScene(session.scene);
     });
     if (failure && failure->kind != ErrorKind::Numerical) { // no device, no pictures
         failure->remedy += (failure->remedy.empty() ? "" : ". ") + ("--resume " + folder.path().string() + " continues from here");

@@ -3,13 +3,15 @@
 
 #include "app/declare_options.h"
 #include "base/error.h"
-#include "optimize/checkpoint.h"
+
+#include <cmpg/recovery.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace cmpg {
 namespace {
@@ -39,13 +41,14 @@ void applyText(const std::string& text, const std::string& file, Options& option
 
 // Those of a run that has a checkpoint; there may be none, and one that another program made has no options.
 void readResumed(const std::string& folder, Options& options) {
-    std::vector<std::string> refused;
-    const auto checkpoint = findCheckpoint(folder, refused);
-    if (checkpoint && !checkpoint->config.empty())
-        applyText(checkpoint->config, folder, options);
-    else if (!checkpoint && !refused.empty())
-        throw Error(ErrorKind::Input, "no checkpoint in '" + folder + "' can be used: " + refused.front(), "",
-                    "begin anew without --resume");
+    std::optional<std::string> note;
+    try {
+        note = v1::Recovery::note(folder);
+    } catch (const Error& error) { // options are not parsed yet, nor named as in other remedies
+        throw Error(error.kind, error.what(), error.cause, "begin anew without --resume");
+    }
+    if (note && !note->empty())
+        applyText(*note, folder, options);
 }
 
 void readConfig(const std::string& file, Options& options) {

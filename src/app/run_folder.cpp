@@ -108,10 +108,10 @@ void RunFolder::writeGradient(const std::string& parameter, const Image& gradien
     writeImage(name, path_ / name, gradient);
 }
 
-void RunFolder::writeScene(const v1::Scene& scene, const std::string& format) {
+void RunFolder::writeScene(const v1::Scene& scene) {
     attempt([&] {
-        scene.exportTo(path_);
-        outputs_.emplace_back(format, path_ / format);
+        const fs::path file = scene.exportTo(path_);
+        outputs_.emplace_back(file.filename().string(), file);
         outputs_.emplace_back("parameters", path_ / "parameters");
     });
 }

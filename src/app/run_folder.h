@@ -34,8 +34,8 @@ class RunFolder {
     void appendStep(const v1::RecoveryStep& step);
     void writeLosses(std::span<const v1::RecoveryStep> history); // loss.csv anew
     // The results; equally at the end and after an interruption.
-    // The scene comes first: it is what must not get lost. `format`: the name of its file.
-    void writeScene(const v1::Scene& scene, const std::string& format);
+    // The scene comes first: it is what must not get lost.
+    void writeScene(const v1::Scene& scene);
     void writeView(const std::string& what, std::size_t view, std::size_t views, const Image& image); // "target", "initial" ...
     void writeGradient(const std::string& parameter, const Image& gradient);
 

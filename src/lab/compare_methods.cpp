@@ -57,13 +57,6 @@ bool applyPart(const std::string& part, Options& options) {
 
 } // namespace
 
-const char* samplingName(Sampling sampling) {
-    for (const auto& kind : kSamplings)
-        if (kind.value == sampling)
-            return kind.name;
-    return "";
-}
-
 std::vector<CompareMethod> parseMethods(const std::string& list, const Options& base) {
     std::vector<CompareMethod> methods;
     for (const std::string& text : split(list, ',')) {

@@ -24,6 +24,4 @@ struct CompareMethod {
 // `base`: what all else is. Error(Usage) on unknown or repeated names.
 std::vector<CompareMethod> parseMethods(const std::string& list, const Options& base);
 
-const char* samplingName(Sampling sampling);
-
 } // namespace cmpg

@@ -1,7 +1,6 @@
 // Whole optimisations of the same parameters by different methods, side by side in time.
 #include "lab/compare_optimize.h"
 
-#include "optimize/losses.h"
 #include "session/library_options.h"
 
 #include <algorithm>
@@ -48,7 +47,7 @@ class Run {
     double imageError() {
         double sum = 0;
         for (std::size_t v = 0; v < subject_.targets.size(); ++v)
-            sum += evaluateLoss(Loss::Mse, recovery_.image(v, kImageSpp), subject_.targets[v].image, subject_.targets[v].mask).value;
+            sum += v1::lossOf(Loss::Mse, recovery_.image(v, kImageSpp), subject_.targets[v]).value;
         return sum / double(subject_.targets.size());
     }
     double seconds() const { return seconds_; }

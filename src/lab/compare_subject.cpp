@@ -2,7 +2,6 @@
 #include "lab/compare_subject.h"
 
 #include "base/error.h"
-#include "optimize/losses.h"
 #include "session/library_options.h"
 #include "session/output.h"
 #include "session/parameter_values.h"
@@ -63,11 +62,12 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
     for (const std::string& text : o.target) {
-        CameraTarget given = loadCameraTarget(o, session.host(), text);
-        const View seen = viewOf(o, session.host(), given.camera, &given.target.image, kDefaultWidth);
+        v1::Target given = openTarget(o, session.scene, text);
+        const View seen = viewOf(o, session.host(), given.camera, &given.image, kDefaultWidth);
         if (targets.empty())
             view = seen;
-        targets.push_back({seen.camera->name, std::move(given.target.image), std::move(given.target.mask), std::move(given.target.name)});
+        given.camera = seen.camera->name;
+        targets.push_back(std::move(given));
     }
     if (!targets.empty())
         return;
@@ -101,7 +101,7 @@ v1::PassOptions CompareSubject::pass(std::uint32_t spp, std::uint64_t seed) cons
 }
 
 Image CompareSubject::adjointOf(const Image& image) const {
-    return evaluateLoss(options.loss, image, targets.front().image, targets.front().mask).adjoint;
+    return v1::lossOf(options.loss, image, targets.front()).adjoint;
 }
 
 namespace {
@@ -186,7 +186,7 @@ Pass MethodRenderer::passAfter(CompareMode mode, std::uint64_t seed, std::uint32
 std::string describeDecision(const CompareMethod& method, const v1::PassReport& report) {
     std::string text;
     if (method.options.sampling == Sampling::Auto)
-        text = samplingName(report.sampling);
+        text = nameOf(report.sampling, kSamplings);
     if (method.options.roulette)
         text += std::string(text.empty() ? "" : ", ") + (report.roulette ? "roulette" : "no roulette");
     return text;

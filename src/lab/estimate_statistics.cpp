@@ -1,7 +1,7 @@
 // How good an estimator of a vector is, from independent passes of it: mean, variance, bias, each with its own uncertainty.
 #include "lab/estimate_statistics.h"
 
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <algorithm>
 #include <cmath>

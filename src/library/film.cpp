@@ -26,10 +26,19 @@ Film::Film(int width, int height, bool layers) : Film() {
 int Film::width() const { return state_->film.width; }
 int Film::height() const { return state_->film.height; }
 bool Film::hasLayers() const { return state_->film.hasLayers(); }
-std::uint32_t Film::samples() const { return state_->film.samples; }
-Image Film::image() const { return filled(*state_).image(); }
+
+std::uint32_t Film::samples() const {
+    const std::lock_guard lock(state_->mutex);
+    return state_->film.samples;
+}
+
+Image Film::image() const {
+    const std::lock_guard lock(state_->mutex);
+    return filled(*state_).image();
+}
 
 Layers Film::layers() const {
+    const std::lock_guard lock(state_->mutex);
     if (!hasLayers())
         throw Error(ErrorKind::Usage, "the film has no layers", {}, "make one with layers", {"layers"});
     return filled(*state_).layers();

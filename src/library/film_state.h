@@ -5,10 +5,14 @@
 
 #include <cmpg/film.h>
 
+#include <mutex>
+
 namespace cmpg::v1 {
 
 struct Film::State {
-    cmpg::Film film;
+    // Of a pass that adds samples, and of whoever reads them. Locked after that of the device; a pass may be looked at from within.
+    std::recursive_mutex mutex;
+    cmpg::Film film; // whose size stays
 };
 
 } // namespace cmpg::v1

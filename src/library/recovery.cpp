@@ -5,77 +5,12 @@
 #include "base/stopwatch.h"
 #include "library/ranks.h"
 #include "library/recovery_identity.h"
-#include "library/renderer_state.h"
-#include "optimize/batched_model.h"
-#include "optimize/content_identity.h"
-#include "optimize/gradient_watch.h"
+#include "library/recovery_state.h"
 #include "optimize/loaded_target.h"
-#include "optimize/recovery_config.h"
-#include "optimize/recovery_run.h"
 #include "render/saved_guide.h"
-#include "scene/parameter_values.h"
-
-#include <algorithm>
-#include <cmath>
-#include <list>
 
 namespace cmpg::v1 {
 namespace {
-
-OptimizeConfig checkedConfig(const RecoveryOptions& options) {
-    constexpr std::uint32_t kMostSteps = 10'000'000;
-    const auto within = [](float value, float highest) { return value >= 0 && value <= highest; };
-    require(options.steps >= 1 && options.steps <= kMostSteps, "steps", "from 1 to 10000000");
-    require(options.spp >= 1 && options.spp <= kMostSamples, "spp", "from 1 to 16777216");
-    require(options.sppGradient >= 1 && options.sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216");
-    require(options.sppDifference != 1 && options.sppDifference <= kMostSamples, "spp-difference",
-            "0, or from 2 to 16777216: an image has two halves");
-    require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
-    require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
-    require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
-    if (options.errorTarget != 0) {
-        require(options.errorTarget >= 1e-6 && options.errorTarget <= 100, "error-target", "from 1e-6 to 100, or 0");
-        require(options.batches >= kFewestBatches && options.batches <= kMostBatches, "batches", "from 8 to 64");
-        require(options.sppGradient >= options.batches, "spp-gradient", "as many as there are batches under an error target, at least");
-    }
-    for (const auto& [slot, rate] : options.rates)
-        require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
-    return configOf(options);
-}
-
-cmpg::Target targetOf(const Target& target, std::size_t number) {
-    if (target.image.values.empty() && target.read)
-        return streamed([read = target.read, number] {
-            Target whole = read();
-            whole.read = nullptr; // its values are wanted now
-            return targetOf(whole, number);
-        });
-    const std::string name = "target " + (target.name.empty() ? std::to_string(number) : target.name);
-    const Image& image = target.image;
-    if (image.channels != 3 || image.width < 1 || image.height < 1 || image.values.size() != image.pixels() * 3)
-        throw Error(ErrorKind::Usage, name + " is no image of 3 channels, one value per pixel and channel");
-    if (!target.mask.empty() && target.mask.size() != image.pixels())
-        throw Error(ErrorKind::Usage,
-                    "the mask of " + name + " has " + std::to_string(target.mask.size()) + " weights for " + std::to_string(image.pixels()) + " pixels",
-                    {}, "give one weight per pixel", {"mask"});
-    cmpg::Target result{.name = target.name.empty() ? std::to_string(number) : target.name, .image = image, .mask = target.mask};
-    for (const float weight : result.mask)
-        if (!(weight >= 0 && weight <= 1))
-            throw Error(ErrorKind::Usage, "the mask of " + name + " has weights out of [0, 1]", {}, "scale it", {"mask"});
-    for (std::size_t p = 0; p < image.pixels(); ++p) {
-        const float* pixel = image.values.data() + 3 * p;
-        if (std::isfinite(pixel[0]) && std::isfinite(pixel[1]) && std::isfinite(pixel[2]))
-            continue;
-        if (result.mask.empty())
-            result.mask.assign(image.pixels(), 1.f);
-        result.mask[p] = 0;
-        ++result.invalid;
-    }
-    if (!result.mask.empty() && std::all_of(result.mask.begin(), result.mask.end(), [](float w) { return w == 0; }))
-        throw Error(ErrorKind::Input, "no pixel of " + name + " has a weight", "the mask is 0 or values are not finite everywhere",
-                    "check mask and image", {"mask"});
-    return result;
-}
 
 RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
     return {.step = step,
@@ -91,202 +26,15 @@ RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
             .dropped = record.dropped};
 }
 
+// Error(Input) where there are some, and none can be read.
+std::optional<Checkpoint> checkpointIn(const std::filesystem::path& folder, std::vector<std::string>& refused) {
+    std::optional<Checkpoint> found = findCheckpoint(folder, refused);
+    if (!found && !refused.empty())
+        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
+    return found;
+}
+
 } // namespace
-
-Target Target::load(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
-    cmpg::Target read = loadTarget(file, {.mask = mask, .exposure = exposure});
-    return {camera, std::move(read.image), std::move(read.mask), std::move(read.name)};
-}
-
-Target Target::stream(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
-    Target target = load(file, camera, mask, exposure);
-    target.image.values = std::vector<float>();
-    target.mask = std::vector<float>();
-    target.read = [=] { return load(file, camera, mask, exposure); };
-    return target;
-}
-
-struct RecoveryProgress::State {
-    std::uint32_t steps = 0;
-    std::vector<std::pair<std::string, Moments>> moments; // by parameter
-};
-
-struct Recovery::State {
-    std::shared_ptr<Renderer::State> base;
-    const bool shared; // the renderer is somebody's, who has other passes made between the steps
-    std::uint32_t steps;
-    bool learns;
-    std::uint32_t freeze; // step from which on the guide stays as it is
-    Checkpoint::Identity identity;
-    GradientWatch watch;
-    std::function<void(std::size_t, const Image&)> showImage;
-    std::list<cmpg::Camera> moved; // cameras of targets
-    std::vector<View> views;
-    std::optional<RecoveryRun> run;
-    std::uint64_t generation = 0; // of the renderer that the run is made of
-    bool prepared = false;
-    std::vector<std::vector<float>> initial; // values of the parameters
-    const BatchedModel* batched = nullptr; // where gradients have an error target
-
-    // A recovery with a renderer of its own.
-    State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
-        : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, roomFor(options))),
-          shared(false), steps(options.steps), learns(base->room->learning) {
-        begin(targets, options, {});
-    }
-    State(std::shared_ptr<Renderer::State> renderer, const std::vector<Target>& targets, RecoveryOptions options, const RecoveryProgress& from)
-        : base(std::move(renderer)), shared(true), steps(options.steps) {
-        options.paths = base->options.paths;
-        options.parameters = base->options.parameters;
-        learns = roomFor(options).learning;
-        if (!base->room)
-            throw Error(ErrorKind::Usage, "this renderer has no room for recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
-        const std::lock_guard lock(base->device->mutex);
-        base->follow();
-        begin(targets, options, from);
-    }
-    ~State() {
-        const std::lock_guard lock(base->device->mutex);
-        run.reset();
-    }
-    State(const State&) = delete;
-
-    static Renderer::State::Room roomFor(const RecoveryOptions& options) {
-        const PathOptions& paths = options.paths;
-        const bool learns = paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep;
-        return {.guiding = learns, .learning = learns, .roulette = paths.roulette, .differences = options.sppDifference > 0};
-    }
-    void begin(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from) {
-        RecoveryRun::Steps plan{.config = checkedConfig(options), .views = {}};
-        if (targets.empty())
-            throw Error(ErrorKind::Usage, "a recovery needs a target", {}, "give an image of the scene", {"target"});
-        if (parameters().empty())
-            throw Error(ErrorKind::Usage, "there is nothing to recover", {}, "name a parameter", {"param"});
-        for (const Target& target : targets) {
-            plan.config.targets.push_back(targetOf(target, views.size()));
-            const Image& image = plan.config.targets.back().image;
-            if (target.from)
-                moved.push_back(movedCamera(scene(), *target.from));
-            views.push_back({target.from ? &moved.back() : &scene().camera(target.camera), image.width, image.height});
-        }
-        plan.views = views;
-        if (options.errorTarget > 0)
-            plan.wrap = [&](ImageModel& inner) {
-                auto model = std::make_unique<BatchedModel>(
-                    inner, SampleBudget{.batches = options.batches, .samples = options.sppGradient / options.batches, .error = options.errorTarget});
-                batched = model.get();
-                return model;
-            };
-        freeze = options.freeze > 0 ? options.freeze : ~0u;
-        if (!shared)
-            plan.freeze = freeze;
-        identity = identityOf(options, plan.config, renderConfig(options.paths, scene(), parameters()).maxDepth, names());
-        for (auto& entry : contentIdentity(scene(), parameters(), views, plan.config.targets))
-            identity.push_back(std::move(entry));
-        plan.config.onImage = [this](std::size_t view, const Image& image) {
-            if (showImage)
-                showImage(view, image);
-        };
-        initial = current();
-        if (from.state)
-            goOn(plan, *from.state);
-        const std::lock_guard lock(mutex());
-        requireSameOnAll();
-        together(base->device->ranks(), [&] {
-            base->ensure(cmpg::Renderer::Mode::Reverse, false);
-            base->passes->setLearning(learns && !shared);
-            run.emplace(*base->renderer, *base->passes, scene(), parameters(), std::move(plan));
-        });
-        generation = ++base->generation;
-    }
-    // Parameters that stay keep their moments; new ones begin here.
-    void goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) {
-        plan.start.step = before.steps;
-        for (const std::uint32_t p : parameters()) {
-            const cmpg::Parameter& parameter = scene().parameters[p];
-            const auto found = std::find_if(before.moments.begin(), before.moments.end(), [&](const auto& known) { return known.first == parameter.name; });
-            if (found != before.moments.end()) {
-                plan.start.moments.push_back(found->second);
-                continue;
-            }
-            plan.start.moments.push_back(initialMoments(plan.config.optimizer, parameter));
-            plan.start.moments.back().start = before.steps;
-        }
-    }
-
-    cmpg::Scene& scene() const { return base->scene; }
-    const std::vector<std::uint32_t>& parameters() const { return base->parameters; }
-    Communicator& ranks() const { return base->device->ranks(); }
-    std::recursive_mutex& mutex() const { return base->device->mutex; }
-    Optimization& optimization() { return run->optimization(); }
-
-    std::size_t indexOf(const std::string& name) const {
-        const auto found = std::find(parameters().begin(), parameters().end(), scene().parameter(name));
-        if (found == parameters().end())
-            throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
-        return std::size_t(found - parameters().begin());
-    }
-    void requireTarget(std::size_t target) {
-        if (target >= views.size())
-            throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(views.size() - 1));
-    }
-    bool ended() const { return generation != base->generation; }
-    // Takes over what others have changed.
-    void requireGoing() {
-        base->follow();
-        if (ended())
-            throw Error(ErrorKind::Usage, "the recovery has ended: its renderer was put to another use",
-                        "another recovery was made of it, it draws otherwise now, or a value changed that it was not made for", "go on from progress()");
-    }
-    std::string names() const {
-        std::string all;
-        for (const std::uint32_t p : parameters())
-            all += (all.empty() ? "" : ", ") + scene().parameters[p].name;
-        return all;
-    }
-    void requireSameOnAll() const {
-        std::string all;
-        for (const auto& [name, value] : identity)
-            all += name + '\n' + value + '\n';
-        if (const int other = firstOther(ranks(), all))
-            throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " recovers something else than rank 0",
-                        "it was given another scene, other values, targets or options", "give all ranks the same");
-    }
-    // `ahead`: kernels are made while others run already, which nothing can interrupt.
-    void prepare(bool ahead) {
-        base->renderer->setInteraction(base->interaction());
-        if (ahead && !std::exchange(prepared, true))
-            run->prepareStep();
-    }
-    // Between steps nothing is learned from what others have a renderer make.
-    template <class Work> void learning(Work&& work) {
-        if (!shared)
-            return work();
-        const bool learnsNow = learns && optimization().state().step < freeze;
-        base->passes->setLearning(learnsNow);
-        try {
-            work();
-        } catch (...) {
-            base->passes->setLearning(false);
-            throw;
-        }
-        base->passes->setLearning(false);
-        base->fresh &= !learnsNow;
-    }
-    void setParameters(const std::vector<std::vector<float>>& values) {
-        for (std::size_t i = 0; i < parameters().size(); ++i)
-            scene().parameters[parameters()[i]].values = values[i]; // also where the device is lost
-        for (std::size_t i = 0; i < parameters().size(); ++i)
-            run->model().setParameter(parameters()[i], values[i]);
-    }
-    std::vector<std::vector<float>> current() const {
-        std::vector<std::vector<float>> values;
-        for (const std::uint32_t p : parameters())
-            values.push_back(scene().parameters[p].values);
-        return values;
-    }
-    std::string madeWith() const { return base->device->info.name + ", " + base->device->info.driver; }
-};
 
 Recovery::Recovery(const Device& device, const Scene& scene, const std::vector<Target>& targets, const RecoveryOptions& options)
     : state_(std::make_shared<State>(device.state(), *scene.state(), targets, options)) {}
@@ -469,9 +217,7 @@ std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::str
 
 bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>* warnings) {
     std::vector<std::string> refused;
-    const std::optional<Checkpoint> found = findCheckpoint(folder, refused);
-    if (!found && !refused.empty())
-        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
+    const std::optional<Checkpoint> found = checkpointIn(folder, refused);
     if (!found)
         return false;
     requireSame(found->identity, state_->identity, folder);
@@ -486,6 +232,12 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
     if (const std::string now = state_->madeWith(); found->madeWith != now)
         warnings->push_back({"other_device", "the run was on " + found->madeWith + " and continues on " + now + ": rounding may differ from here on"});
     return true;
+}
+
+std::optional<std::string> Recovery::note(const std::filesystem::path& folder) {
+    std::vector<std::string> refused;
+    std::optional<Checkpoint> found = checkpointIn(folder, refused);
+    return found ? std::optional(std::move(found->config)) : std::nullopt;
 }
 
 GradientErrors Recovery::errors() const {

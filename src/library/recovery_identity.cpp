@@ -22,13 +22,6 @@ template <class T> std::string textOf(T value) {
     }
 }
 
-template <class E, std::size_t N> std::string nameOf(E value, const EnumName<E> (&names)[N]) {
-    for (const auto& known : names)
-        if (known.value == value)
-            return known.name;
-    return {};
-}
-
 const std::string* valueOf(const Checkpoint::Identity& identity, const std::string& name) {
     for (const auto& [key, value] : identity)
         if (key == name)

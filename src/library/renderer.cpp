@@ -48,8 +48,6 @@ Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Laye
     return image;
 }
 
-Mode modeOf(PassKind kind) { return kind == PassKind::Render ? Mode::Render : kind == PassKind::Forward ? Mode::Forward : Mode::Reverse; }
-
 void requireNoLayers(const PassOptions& pass, const std::string& what) {
     if (pass.layers)
         throw Error(ErrorKind::Usage, what, {}, "leave layers away", {"layers"});
@@ -315,6 +313,13 @@ void Renderer::prepare(std::initializer_list<PassKind> kinds, const PassOptions&
         s.renderer->expect({modeOf(kind)});
     for (const PassKind kind : kinds)
         s.renderer->prepare({modeOf(kind)}, pass.layers);
+}
+
+Footprint Renderer::footprint(const std::vector<PassKind>& kinds, const PassOptions& pass) {
+    requireValid(pass);
+    const std::lock_guard lock(state_->device->mutex);
+    state_->follow();
+    return state_->footprint(kinds, pass.train > 0);
 }
 
 void Renderer::saveGuide(const std::filesystem::path& file) const {

@@ -15,9 +15,16 @@ namespace cmpg::v1 {
 namespace {
 
 std::optional<std::uint32_t> given(int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; }
+PassKind kindOf(cmpg::Renderer::Mode mode) {
+    return mode == cmpg::Renderer::Mode::Forward ? PassKind::Forward : mode == cmpg::Renderer::Mode::Reverse ? PassKind::Backward : PassKind::Render;
+}
 bool hasBudget(const PassOptions& pass) { return pass.errorTarget > 0 || pass.timeBudget > 0; }
 
 } // namespace
+
+cmpg::Renderer::Mode modeOf(PassKind kind) {
+    return kind == PassKind::Render ? cmpg::Renderer::Mode::Render : kind == PassKind::Forward ? cmpg::Renderer::Mode::Forward : cmpg::Renderer::Mode::Reverse;
+}
 
 std::uint32_t samplesOf(const PassOptions& pass) { return pass.spp > 0 ? pass.spp : hasBudget(pass) ? kMostBudgeted : 64; }
 std::uint32_t batchesOf(const PassOptions& pass) { return pass.batches > 0 ? pass.batches : hasBudget(pass) ? kFewestBatches : 0; }
@@ -76,15 +83,28 @@ GuidedOptions Renderer::State::drawing(bool roulettePays) const {
     return drawn;
 }
 
-void Renderer::State::make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide) {
-    drop();
+Renderer::State::Room Renderer::State::needsOf(Mode mode, bool learn) const {
+    if (room)
+        return *room;
+    const PathOptions& paths = options.paths;
+    const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
+    const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
+    return {.guiding = wanted, .roulette = wanted && wantsRoulette};
+}
+
+RenderConfig Renderer::State::configOf(const Room& needs) const {
     RenderConfig config = renderConfig(options.paths, scene, parameters);
     config.ranks = &device->ranks();
     config.guiding = needs.guiding;
     config.learning = needs.learning;
     config.roulette = needs.roulette;
     config.differences = needs.differences;
-    renderer = std::make_unique<cmpg::Renderer>(device->device, scene, config);
+    return config;
+}
+
+void Renderer::State::make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide) {
+    drop();
+    renderer = std::make_unique<cmpg::Renderer>(device->device, scene, configOf(needs));
     passes = std::make_unique<GuidedPasses>(*renderer, drawing(roulettePays));
     if (needs.guiding && !options.paths.guide.load.empty())
         passes->load(readGuide(options.paths.guide.load, scene, ofGuide));
@@ -102,11 +122,34 @@ void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
             drawAnew(false);
         return;
     }
-    const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
-    const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
-    if (renderer && !(learn && anew && !fresh) && (!wanted || (guided && (roulette || !wantsRoulette))))
+    const Room needs = needsOf(mode, learn);
+    if (renderer && !(learn && anew && !fresh) && (!needs.guiding || (guided && (roulette || !needs.roulette))))
         return;
-    make({.guiding = wanted, .roulette = wanted && wantsRoulette}, wantsRoulette, mode == Mode::Render ? nullptr : &parameters); // an image needs no derivatives
+    make(needs, paths.roulette && mode == Mode::Reverse, mode == Mode::Render ? nullptr : &parameters); // an image needs no derivatives
+}
+
+Footprint Renderer::State::footprint(std::span<const PassKind> kinds, bool learn) const {
+    const bool reverse = std::find(kinds.begin(), kinds.end(), PassKind::Backward) != kinds.end();
+    const Room needs = needsOf(reverse ? Mode::Reverse : Mode::Render, learn);
+    cmpg::Scene copy = scene;
+    const auto before = device->device.memory().buffers;
+    cmpg::Renderer aside(device->device, copy, configOf(needs));
+    PassPlan plan;
+    if (needs.guiding)
+        plan = {.method = {options.paths.sampling == Sampling::Bsdf ? Sampling::Bsdf : Sampling::Conditional, needs.roulette}, .record = true};
+    Footprint found;
+    found.features = aside.describeFeatures();
+    std::vector<Mode> modes;
+    for (const PassKind kind : kinds)
+        modes.push_back(modeOf(kind));
+    for (KernelSize& kernel : aside.allocate(modes, plan))
+        found.kernels.push_back({kindOf(kernel.mode), std::move(kernel.kernel), kernel.specialisedBytes, kernel.moduleBytes});
+    for (const auto& [name, bytes] : device->device.memory().buffers) {
+        const auto was = before.find(name);
+        if (const std::uint64_t own = bytes - (was == before.end() ? 0 : was->second))
+            found.buffers[name] = own;
+    }
+    return found;
 }
 
 void Renderer::State::drawAnew(bool kept) {
@@ -217,7 +260,15 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
     return std::move(found.mean);
 }
 
-void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
+std::unique_lock<std::recursive_mutex> Renderer::State::admit(Mode mode, const View& view, const PassOptions& how,
+                                                              const std::vector<const std::vector<float>*>& input) {
+    std::unique_lock lock(device->mutex);
+    follow();
+    requireSameOnAll(mode, view, how, input);
+    return lock;
+}
+
+Renderer::State::Before Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {
     clock_ = {};
     ensure(mode, how.train > 0, how.anew);
     renderer->setInteraction(interaction());
@@ -225,6 +276,15 @@ void Renderer::State::begin(Mode mode, const View& view, const PassOptions& how)
     told.width = view.width;
     told.height = view.height;
     told.spp = samplesOf(how);
+    return {renderer->statistics(), passes->trainSeconds()};
+}
+
+void Renderer::State::finish(Mode mode, const PassOptions& how, const Before& before, PassReport* report) {
+    tell(mode, before);
+    if (how.strict)
+        requireFew();
+    if (report)
+        *report = std::move(told);
 }
 
 void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input) {
@@ -291,21 +351,22 @@ PassReport Renderer::State::totals(Mode mode) const {
     return all;
 }
 
-void Renderer::State::tell(Mode mode, const RenderStatistics& before, double learnedBefore) {
+void Renderer::State::tell(Mode mode, const Before& before) {
+    const RenderStatistics& was = before.statistics;
     PassReport now = totals(mode);
-    told.learningSeconds = now.learningSeconds - learnedBefore;
-    told.paths = now.paths - before.paths;
-    told.rays = now.rays - before.rays;
+    told.learningSeconds = now.learningSeconds - before.learned;
+    told.paths = now.paths - was.paths;
+    told.rays = now.rays - was.rays;
     for (const auto& [kind, count] : now.dropped) {
-        const auto was = before.dropped.find(kind);
-        told.dropped[kind] = count - (was == before.dropped.end() ? 0 : was->second);
+        const auto known = was.dropped.find(kind);
+        told.dropped[kind] = count - (known == was.dropped.end() ? 0 : known->second);
     }
     told.refusedSplits = now.refusedSplits;
     told.depths = std::move(now.depths);
-    for (std::size_t d = 0; d < std::min(told.depths.size(), before.guided.size()); ++d) {
-        const GuidedDepth& was = before.guided[d];
+    for (std::size_t d = 0; d < std::min(told.depths.size(), was.guided.size()); ++d) {
+        const GuidedDepth& known = was.guided[d];
         GuidedDepth& depth = told.depths[d];
-        depth = {depth.drawn - was.drawn, depth.guided - was.guided, depth.dead - was.dead, depth.lightShare - was.lightShare};
+        depth = {depth.drawn - known.drawn, depth.guided - known.guided, depth.dead - known.dead, depth.lightShare - known.lightShare};
     }
     told.guided = guided;
     told.guideCells = now.guideCells;

@@ -10,7 +10,9 @@
 
 #include <cmpg/renderer.h>
 
+#include <mutex>
 #include <optional>
+#include <span>
 
 namespace cmpg::v1 {
 
@@ -52,6 +54,7 @@ struct Renderer::State {
     // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
     void ensure(Mode mode, bool learn, bool anew = true);
     void drawAnew(bool kept); // by the options as they are; with the guide as it is, or with one that has learned nothing
+    Footprint footprint(std::span<const PassKind> kinds, bool learn) const;
     void abandon();           // what a pass recorded and measured before it was ended
     void follow();            // takes over what has changed in the source
     void giveBack();          // the parameters' values to the source
@@ -80,12 +83,23 @@ struct Renderer::State {
     PassReport told; // of the pass that runs
 
   private:
+    Room needsOf(Mode mode, bool learn) const; // passes of a mode, with a guide if they learn first
+    RenderConfig configOf(const Room& needs) const;
     void make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide);
     GuidedOptions drawing(bool roulettePays) const;
-    void begin(Mode mode, const View& view, const PassOptions& how);
+    // What all passes had cost when this one began.
+    struct Before {
+        RenderStatistics statistics;
+        double learned = 0; // seconds
+    };
+    // Locks the device for a pass and takes over the source's values. Of several ranks: as requireSameOnAll().
+    std::unique_lock<std::recursive_mutex> admit(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
+    Before begin(Mode mode, const View& view, const PassOptions& how);
+    // Fills in what the pass did; Error(Numerical) where it left out too much.
+    void finish(Mode mode, const PassOptions& how, const Before& before, PassReport* report);
     // Of several ranks: Error(Usage) if they have not been asked for the same.
     void requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
-    void tell(Mode mode, const RenderStatistics& before, double learnedBefore);
+    void tell(Mode mode, const Before& before);
     void requireFew() const; // contributions left out, of told
 
     std::vector<std::string> digests_; // of several ranks: of geometry, materials and lights, then of each parameter of `scene`
@@ -104,6 +118,7 @@ class PassView {
     View view_;
 };
 
+cmpg::Renderer::Mode modeOf(PassKind kind);
 std::uint32_t samplesOf(const PassOptions& pass);  // per pixel, at most
 std::uint32_t batchesOf(const PassOptions& pass);  // 0: none
 void requireValid(const PassOptions& pass);
@@ -111,13 +126,9 @@ void requireValid(const PassOptions& pass);
 template <class Train, class Run>
 auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report,
                            Train&& train, Run&& run) {
-    const std::lock_guard lock(device->mutex);
-    follow();
-    requireSameOnAll(mode, view, how, input);
+    const auto lock = admit(mode, view, how, input);
     const auto work = [&] {
-        begin(mode, view, how);
-        const RenderStatistics before = renderer->statistics();
-        const double learnedBefore = passes->trainSeconds();
+        const Before before = begin(mode, view, how);
         if (guided && how.train > 0) {
             constexpr std::uint32_t kBatched = 8; // how many the pass will have is not known yet
             fresh = false;
@@ -129,11 +140,7 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
         auto result = run(samplesOf(how));
         if (told.seconds == 0)
             told.seconds = watch.seconds();
-        tell(mode, before, learnedBefore);
-        if (how.strict)
-            requireFew();
-        if (report)
-            *report = std::move(told);
+        finish(mode, how, before, report);
         return result;
     };
     try {
@@ -150,30 +157,22 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
 template <class Run>
 void Renderer::State::expose(Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
                              PassReport* report, Run&& run) {
-    const std::lock_guard lock(device->mutex);
-    follow();
-    requireSameOnAll(mode, view, how, input);
+    const auto lock = admit(mode, view, how, input);
     const auto work = [&] {
-        begin(mode, view, how);
-        const RenderStatistics before = renderer->statistics();
-        const double learnedBefore = passes->trainSeconds(), compiledBefore = device->device.compileSeconds();
+        const Before before = begin(mode, view, how);
+        const double compiledBefore = device->device.compileSeconds();
+        const std::lock_guard adding(film.state()->mutex);
         const Stopwatch watch;
         run(samplesOf(how), film.state()->film);
         told.seconds = watch.seconds() - (device->device.compileSeconds() - compiledBefore);
-        tell(mode, before, learnedBefore);
-        if (how.strict)
-            requireFew();
-        if (report)
-            *report = std::move(told);
+        finish(mode, how, before, report);
     };
     together(device->ranks(), work);
 }
 
 template <class Learn>
 void Renderer::State::train(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn) {
-    const std::lock_guard lock(device->mutex);
-    follow();
-    requireSameOnAll(mode, view, how, input);
+    const auto lock = admit(mode, view, how, input);
     ensure(mode, true, false);
     if (!guided) // passes draw from the materials alone
         return;

@@ -1,7 +1,7 @@
 // How much to sample: an estimate made of batches with random numbers of their own, its error, and when there is enough of it.
 #include "optimize/error_budget.h"
 
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <algorithm>
 #include <cmath>
@@ -173,14 +173,6 @@ BudgetedEstimate spendBudget(const SampleBudget& budget, const std::function<std
             return estimate;
         }
     }
-}
-
-std::string describe(const EstimateError& error) {
-    if (!std::isfinite(error.relative))
-        return "unknown: the estimate is zero";
-    char text[96];
-    std::snprintf(text, sizeof text, "%.3g %% (95 %%: %.3g to %.3g %%)", 100 * error.relative, 100 * error.low, 100 * error.high);
-    return text;
 }
 
 } // namespace cmpg

@@ -42,7 +42,4 @@ struct BudgetedEstimate {
 BudgetedEstimate spendBudget(const SampleBudget& budget, const std::function<std::vector<double>(const BatchPart&)>& pass,
                              const std::function<void(const BudgetedEstimate&)>& shown = {});
 
-// "0.93 % (95 %: 0.88 to 0.99 %)"
-std::string describe(const EstimateError& error);
-
 } // namespace cmpg

@@ -27,7 +27,4 @@ constexpr int kCheckBlocks = 8; // per side of the image
 
 CheckResult checkGradient(const CheckSubject& subject);
 
-// One table for people.
-std::string describe(const CheckResult& result, const std::string& parameter, const std::string& direction);
-
 } // namespace cmpg

@@ -30,20 +30,6 @@ std::string sizeText(const Image& image) {
 
 } // namespace
 
-const char* lossName(Loss loss) {
-    switch (loss) {
-    case Loss::Mse:
-        return "mse";
-    case Loss::L1:
-        return "l1";
-    case Loss::Smape:
-        return "smape";
-    case Loss::RelativeMse:
-        return "relative-mse";
-    }
-    return "";
-}
-
 LossTerm lossTerm(Loss loss, double x, double y) {
     const double d = x - y;
     switch (loss) {

@@ -12,8 +12,6 @@
 
 namespace cmpg {
 
-const char* lossName(Loss loss); // "mse", "l1", "smape", "relative-mse"
-
 struct LossTerm {
     double value, derivative; // derivative by x; 0 at the kinks
 };

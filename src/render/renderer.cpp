@@ -276,8 +276,9 @@ const RenderStatistics& Renderer::statistics() const { return impl_->runner.stat
 
 std::vector<std::pair<std::string, std::string>> Renderer::describeFeatures() const { return impl_->features.describe(); }
 
-std::vector<KernelSize> Renderer::allocate(std::initializer_list<Mode> modes, const PassPlan& plan) {
-    expect(modes);
+std::vector<KernelSize> Renderer::allocate(std::span<const Mode> modes, const PassPlan& plan) {
+    for (const Mode m : modes)
+        expect({m});
     std::vector<KernelSize> sizes;
     for (const Mode m : modes) {
         const FeatureSet::Pass pass = impl_->runner.kernels.passOf(std::uint32_t(m), false, plan, impl_->features.guiding);

@@ -15,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 
 namespace cmpg {
 
@@ -143,10 +144,10 @@ class Renderer {
                        std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan = {});
 
     const RenderStatistics& statistics() const;
-    // For `inspect`: the features by name, and the kernels of these modes' passes by this plan, where the guide knows something. Allocates
-    // their pools, compiles nothing.
+    // The features by name, and the kernels of these modes' passes by this plan, where the guide knows something. Allocates their pools, compiles
+    // nothing.
     std::vector<std::pair<std::string, std::string>> describeFeatures() const;
-    std::vector<KernelSize> allocate(std::initializer_list<Mode> modes, const PassPlan& plan = {});
+    std::vector<KernelSize> allocate(std::span<const Mode> modes, const PassPlan& plan = {});
 
   private:
     struct Impl;

@@ -36,13 +36,6 @@ v1::Scene load(const Options& options, bool setValues) {
     return scene;
 }
 
-const char* samplingName(Sampling sampling) {
-    for (const auto& s : kSamplings)
-        if (s.value == sampling)
-            return s.name;
-    return "";
-}
-
 } // namespace
 
 Scene readScene(const Options& options) { return std::move(load(options, false).state()->scene); }
@@ -103,14 +96,14 @@ void Session::add(const v1::PassReport& pass) {
 void Session::tellSampling(const v1::PassReport& pass) {
     auto plain = nlohmann::ordered_json::object(), with = plain;
     for (const MethodFigures& f : pass.figures)
-        (f.roulette ? with : plain)[samplingName(f.sampling)] = {{"variance", f.variance}, {"rays_per_path", f.raysPerPath}, {"passes", f.passes}};
-    report_.extra["sampling"] = {{"kind", samplingName(pass.sampling)}, {"roulette", pass.roulette}, {"figures", plain}, {"roulette_figures", with}};
+        (f.roulette ? with : plain)[nameOf(f.sampling, kSamplings)] = {{"variance", f.variance}, {"rays_per_path", f.raysPerPath}, {"passes", f.passes}};
+    report_.extra["sampling"] = {{"kind", nameOf(pass.sampling, kSamplings)}, {"roulette", pass.roulette}, {"figures", plain}, {"roulette_figures", with}};
     if (!usesGuide(options_) || options_.quiet)
         return;
     std::ostream& out = textOut(options_);
-    out << "  drawn by          " << samplingName(pass.sampling) << (pass.roulette ? ", roulette and splitting" : "") << '\n';
+    out << "  drawn by          " << nameOf(pass.sampling, kSamplings) << (pass.roulette ? ", roulette and splitting" : "") << '\n';
     for (const MethodFigures& f : pass.figures)
-        out << "    " << samplingName(f.sampling) << (f.roulette ? " + roulette" : "") << ": variance " << f.variance << ", " << f.raysPerPath << " rays a path\n";
+        out << "    " << nameOf(f.sampling, kSamplings) << (f.roulette ? " + roulette" : "") << ": variance " << f.variance << ", " << f.raysPerPath << " rays a path\n";
 }
 
 bool Session::savesGuide() const { return !options_.saveGuide.empty() && ranks().isRoot(); }

@@ -33,11 +33,6 @@ CameraFile cameraFileOf(const Scene& scene, const std::string& text) {
     return {"", text};
 }
 
-CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text) {
-    const CameraFile given = cameraFileOf(scene, text);
-    return {given.camera, loadTarget(given.file, {.mask = options.mask, .exposure = options.targetExposure})};
-}
-
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text) {
     const CameraFile given = cameraFileOf(scene.state()->scene, text);
     return v1::Target::load(given.file, given.camera, options.mask, options.targetExposure);

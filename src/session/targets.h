@@ -1,7 +1,6 @@
 // --target: an image, and the camera it was taken by.
 #pragma once
 
-#include "optimize/target.h"
 #include "scene/scene.h"
 #include "session/options.h"
 
@@ -20,13 +19,7 @@ struct CameraFile {
 // "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
 CameraFile cameraFileOf(const Scene& scene, const std::string& text);
 
-struct CameraTarget {
-    std::string camera; // empty: the one of --camera
-    Target target;
-};
-
-CameraTarget loadCameraTarget(const Options& options, const Scene& scene, const std::string& text);
-// The same for the library's surface: its camera is empty where it is the one of --camera.
+// Its camera is empty where it is the one of --camera.
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text);
 
 } // namespace cmpg

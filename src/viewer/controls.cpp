@@ -122,10 +122,7 @@ void drawParameters(Desk& desk, std::size_t most) {
 void drawSampling(Desk& desk) {
     const LiveState& state = *desk.state;
     const Sampling wanted = desk.session.settings().sampling;
-    const auto nameOf = [](Sampling s) {
-        return std::find_if(std::begin(kSamplings), std::end(kSamplings), [s](const auto& n) { return n.value == s; })->name;
-    };
-    if (beginField("sampling") && ImGui::BeginCombo("##sampling", nameOf(wanted))) {
+    if (beginField("sampling") && ImGui::BeginCombo("##sampling", nameOf(wanted, kSamplings))) {
         for (const auto& choice : kSamplings)
             if (ImGui::Selectable(choice.name, choice.value == wanted))
                 desk.session.change([v = choice.value](LiveSettings& s) { s.sampling = v; });
@@ -135,7 +132,7 @@ void drawSampling(Desk& desk) {
         "or both (uniform, conditional). auto takes what is measured to be best.");
     char share[32];
     std::snprintf(share, sizeof share, "%.0f %% of directions", 100 * state.guidedShare);
-    figure("in use", std::string(nameOf(state.sampling)) + (state.roulette ? ", roulette" : ""));
+    figure("in use", std::string(nameOf(state.sampling, kSamplings)) + (state.roulette ? ", roulette" : ""));
     figure("guided", share);
     figure("learned from", std::to_string(state.guidePasses) + (state.guidePasses == 1 ? " pass, " : " passes, ") + std::to_string(state.guideCells) + " cells");
     if (state.settings.mode != LiveMode::Optimize) {

@@ -1,6 +1,6 @@
 // Figures of merit on estimators whose variance and bias are known.
 #include "lab/estimate_statistics.h"
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

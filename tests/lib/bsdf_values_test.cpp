@@ -1,6 +1,6 @@
 // Material values and derivatives: float against double, derivatives against differences, energy, reciprocity, extremes.
+#include "central_difference.h"
 #include "evaluate.h"
-
 #include "shader_double.h"
 
 #include <algorithm>
@@ -69,12 +69,6 @@ using shader_double::kAtBaseColor, shader_double::kAtRoughness, shader_double::k
 
 Library::Surface surfaceOf(const Query& q) {
     return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u, q.model};
-}
-
-// Central difference with an error estimate from two steps; Richardson's extrapolation takes away the leading error.
-glm::dvec3 difference(const std::function<glm::dvec3(double)>& f, double step) {
-    const auto central = [&](double h) { return (f(h) - f(-h)) / (2 * h); };
-    return (4.0 * central(step / 2) - central(step)) / 3.0;
 }
 
 TEST(BsdfDerivatives, AgreeWithCentralDifferences) {

@@ -53,6 +53,19 @@ TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
     EXPECT_EQ(ratios, (std::vector<double>{1, 1, 1, 1, 1, 1, 1, 4}));
 }
 
+TEST(LibraryRecovery, TellsALossWithItsDerivative) {
+    Target target{.image = Image(2, 1, 3, 0.5f), .mask = {1, 0}};
+    Image image(2, 1, 3, 0.75f);
+    const ImageLoss found = lossOf(Loss::Mse, image, target);
+    EXPECT_NEAR(found.value, 0.0625, 1e-9);
+    EXPECT_NEAR(found.adjoint.at(0, 0)[1], 2 * 0.25 / 3, 1e-6);
+    EXPECT_EQ(found.adjoint.at(1, 0)[1], 0);
+    EXPECT_EQ(lossOf(Loss::Mse, image, {.image = Image(2, 1, 0), .read = [&] { return target; }}).value, found.value);
+    image.values[0] = NAN;
+    EXPECT_EQ(lossOf(Loss::L1, image, {.image = target.image}).nonFinite, 1u);
+    EXPECT_EQ(errorOf([&] { lossOf(Loss::Mse, Image(3, 1, 3), target); }).kind, ErrorKind::Input);
+}
+
 TEST(LibraryRecovery, ReadsTargetsWhenStepsSeeThem) {
     const Folder folder;
     const Scene scene = greyScene();

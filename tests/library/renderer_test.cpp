@@ -183,6 +183,27 @@ TEST(LibraryRenderer, EndsAPassWhenAskedTo) {
     EXPECT_EQ(renderer.render(pass).values, image.values);
 }
 
+TEST(LibraryRenderer, TellsWhatPassesTake) {
+    const Scene scene = Scene::load(kBox);
+    Renderer renderer(device(), scene, {.paths = {.maxDepth = 3}, .parameters = {kPainting}});
+    renderer.render({.width = 8, .spp = 1});
+    const std::uint64_t inUse = device().memoryInUse();
+    const auto bytes = [](const Footprint& footprint) {
+        std::uint64_t sum = 0;
+        for (const auto& [name, size] : footprint.buffers)
+            sum += size;
+        return sum;
+    };
+    const Footprint image = renderer.footprint({PassKind::Render}), gradient = renderer.footprint({PassKind::Render, PassKind::Backward});
+    EXPECT_EQ(device().memoryInUse(), inUse);
+    EXPECT_EQ(bytes(image), inUse); // the device has nothing else
+    EXPECT_GT(bytes(gradient), bytes(image));
+    EXPECT_GT(gradient.kernels.size(), image.kernels.size());
+    for (const Footprint::Kernel& kernel : image.kernels)
+        EXPECT_TRUE(kernel.kind == PassKind::Render && kernel.bytes > 0 && kernel.bytes <= kernel.moduleBytes) << kernel.name;
+    EXPECT_EQ(renderer.footprint({PassKind::Backward}, {.train = 1}).buffers.count("guide cells"), 1u);
+}
+
 TEST(LibraryRenderer, RendersTwoScenesAtOnce) {
     const Scene a = Scene::load(kBox), b = Scene::load(CMPG_SOURCE_DIR "/scenes/furnace/scene.gltf");
     const PassOptions pass{.width = 16, .spp = 2};

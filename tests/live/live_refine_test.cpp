@@ -2,9 +2,10 @@
 #include "live_fixture.h"
 #include "scene/scene_file.h"
 
+#include "library/states.h"
 #include "render/guided_passes.h"
+#include "session/library_options.h"
 #include "session/parameter_values.h"
-#include "session/render_options.h"
 #include "session/session.h"
 
 namespace cmpg::test {
@@ -19,7 +20,11 @@ struct Headless {
     explicit Headless(const Options& o) : options(o) {
         view = {&scene.cameras.front(), int(*options.width), int(*options.height)};
     }
-    Renderer renderer(const std::vector<std::uint32_t>& parameters) { return Renderer(device, scene, renderConfig(options, scene, parameters)); }
+    Renderer renderer(const std::vector<std::uint32_t>& parameters) {
+        RenderConfig config = v1::renderConfig(pathOptions(options, options.effectiveDepth(scene.maxDepth)), scene, parameters);
+        config.guiding = usesGuide(options);
+        return Renderer(device, scene, config);
+    }
 };
 
 TEST(LiveRefine, TheImageIsThatOfRender) {

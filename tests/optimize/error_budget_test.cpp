@@ -1,6 +1,6 @@
 // Errors told from batches, and sampling until they are small enough, on toy estimators.
 #include "optimize/error_budget.h"
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

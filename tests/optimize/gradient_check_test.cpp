@@ -60,7 +60,7 @@ TEST(GradientCheck, AgreesWithRightGradients) {
     for (const auto& [a, b] : {std::pair{0.5f, 0.5f}, {0.f, 1.f}, {1.f, 0.f}, {0.002f, 0.4f}})
         for (const std::vector<float>& direction : {std::vector<float>{1, 1}, {1, -1}, {0, 0.01f}}) {
             const CheckResult result = checkGradient(m.subject(a, b, direction));
-            EXPECT_TRUE(result.agrees()) << a << " " << b << "\n" << describe(result, "p", "one");
+            EXPECT_TRUE(result.agrees()) << a << " " << b << " " << result.comparisons[0].z();
         }
 }
 
@@ -82,7 +82,7 @@ TEST(GradientCheck, CatchesWrongGradients) {
     Model m = model();
     m.wrong = 0.02;
     const CheckResult everywhere = checkGradient(m.subject(0.5f, 0.5f, {1, 1}));
-    EXPECT_FALSE(everywhere.agrees()) << describe(everywhere, "p", "one");
+    EXPECT_FALSE(everywhere.agrees()) << everywhere.comparisons[0].z();
     EXPECT_NEAR(everywhere.comparisons[0].relativeError(), 0.02, 0.01);
     m.wrong = 0.1;
     m.wrongBelow = 5; // one column of blocks: 1.25 % of the mean
@@ -100,7 +100,6 @@ TEST(GradientCheck, StatesItsPower) {
     const CheckResult result = checkGradient(m.subject(0.5f, 0.5f, {1, 1}));
     EXPECT_TRUE(result.agrees());
     EXPECT_GT(result.comparisons[0].power(), 0.25); // ... which it admits
-    EXPECT_NE(describe(result, "p", "one").find("weak"), std::string::npos);
     m.noise = 0.01;
     m.wrong = 0;
     EXPECT_LT(checkGradient(m.subject(0.5f, 0.5f, {1, 1})).comparisons[0].power(), 0.01);
@@ -124,7 +123,7 @@ TEST(GradientCheck, RarelyRaisesFalseAlarms) {
         s.forward = [&](std::uint32_t r) { return forward(r + 10000 * seed); };
         s.render = [&](std::uint32_t r, std::span<const float> v) { return render(r + 10000 * seed, v); };
         const CheckResult result = checkGradient(s);
-        EXPECT_TRUE(result.agrees()) << seed << "\n" << describe(result, "p", "one");
+        EXPECT_TRUE(result.agrees()) << seed << " " << result.comparisons[0].z();
     }
 }
 

@@ -51,7 +51,7 @@ TEST(Losses, DerivativesAgreeWithCentralDifferences) {
             const double numeric = (lossTerm(loss, x + h, y).value - lossTerm(loss, x - h, y).value) / (2 * h);
             // Truncation is h^2 f'''/6 < 1e-7 (smape near 0 has the largest f'''), rounding 1e-16/h = 1e-11.
             EXPECT_NEAR(lossTerm(loss, x, y).derivative, numeric, 1e-6 * std::max(1.0, std::abs(numeric)))
-                << lossName(loss) << " " << x << " " << y;
+                << nameOf(loss, kLosses) << " " << x << " " << y;
         }
 }
 
@@ -92,7 +92,7 @@ TEST(Losses, AdjointOfTheWholeImageAgreesWithCentralDifferences) {
             const double down = pair.image.values[i], below = evaluateLoss(loss, pair.image, pair.target, pair.mask).value;
             pair.image.values[i] = x;
             // 1e-6 of the largest possible derivative of one value; the division by up - down takes out the rounding of x +- h.
-            EXPECT_NEAR(adjoint.values[i], (above - below) / (up - down), 1e-6) << lossName(loss);
+            EXPECT_NEAR(adjoint.values[i], (above - below) / (up - down), 1e-6) << nameOf(loss, kLosses);
         }
     }
 }
@@ -152,8 +152,8 @@ TEST(Loss, OfTwoHalvesHasNoBiasByNoise) {
             told += result.error / kDraws;
         }
         const double mean = sum / kDraws, spread = std::sqrt(squares / kDraws - mean * mean);
-        EXPECT_LT(std::abs(mean - truth), 6 * spread / std::sqrt(double(kDraws))) << lossName(loss);
-        EXPECT_NEAR(told, spread, 0.1 * spread) << lossName(loss);
+        EXPECT_LT(std::abs(mean - truth), 6 * spread / std::sqrt(double(kDraws))) << nameOf(loss, kLosses);
+        EXPECT_NEAR(told, spread, 0.1 * spread) << nameOf(loss, kLosses);
     }
 }
 

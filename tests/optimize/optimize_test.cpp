@@ -48,7 +48,7 @@ TEST(Optimize, RecoversTheParametersOfALinearModel) {
         std::vector<StepReport> reports;
         const Scene scene = optimise(config, 0, &reports);
         // The last steps are 1 % of a rate of 0.02: what is left oscillates within a few of them.
-        EXPECT_LT(test::rmsError(scene), 2e-3) << lossName(loss) << " from " << start;
+        EXPECT_LT(test::rmsError(scene), 2e-3) << nameOf(loss, kLosses) << " from " << start;
         EXPECT_EQ(reports.size(), 1000u);
         EXPECT_LT(reports.back().loss, 0.02 * reports.front().loss);
     }

@@ -58,7 +58,8 @@ def test_goes_on_from_a_checkpoint(grey, target, tmp_path):
         whole.step()
     half.step()
     half.step()
-    half.save(tmp_path / "kept")
+    half.save(tmp_path / "kept", note="two steps")
+    assert cmpg.Recovery.note(tmp_path / "kept") == "two steps" and cmpg.Recovery.note(tmp_path / "none") is None
     assert not resumed.resume(tmp_path / "none")
     assert resumed.resume(tmp_path / "kept") and resumed.steps_done == 2
     resumed.step()

@@ -199,3 +199,19 @@ def test_check_agrees(scene):
     found = cmpg.Renderer(scene, PAINTING, max_depth=2).check(PAINTING, width=24, spp=4)
     assert found["agrees"] and found["comparisons"][0]["what"] == "red mean"
     assert abs(found["comparisons"][0]["relative_error"]) < 0.1
+
+
+def test_footprint_tells_what_passes_take(scene):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=3)
+    before = scene.device.memory_in_use
+    images, derivatives = renderer.footprint(), renderer.footprint(["render", "backward"])
+    assert scene.device.memory_in_use == before
+    assert {k["kind"] for k in images["kernels"]} == {"render"} and {k["kind"] for k in derivatives["kernels"]} == {"render", "backward"}
+    assert all(0 < k["bytes"] <= k["module_bytes"] for k in derivatives["kernels"])
+    assert sum(derivatives["buffers"].values()) > sum(images["buffers"].values()) > 0
+    assert derivatives["features"]["differentiated"] == "baseColor" and derivatives["features"]["guided directions"] == "off"
+    assert renderer.footprint(train=True)["features"]["guided directions"] == "on"
+    renderer.render(width=8, spp=1)
+    assert renderer.footprint() == images  # beside what the renderer has itself
+    with pytest.raises(cmpg.UsageError, match="kinds"):
+        renderer.footprint("image")

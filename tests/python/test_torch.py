@@ -33,6 +33,9 @@ def test_agrees_with_the_renderer(scene):
     np.testing.assert_array_equal(image.detach().numpy(), renderer.render(width=16, spp=4, seed=3))
     image.square().sum().backward()
     expected = renderer.backward(2 * image.detach().numpy(), spp=4, seed=3)[PAINTING]
+    aside = scene.camera("front").look_at((0.2, 0.5, 2), (0, 0, 0))
+    moved = cmpg.torch.render(scene, {PAINTING: painting}, camera=aside, width=16, spp=4, seed=3, max_depth=4)
+    np.testing.assert_array_equal(moved.detach().numpy(), renderer.render(camera=aside, width=16, spp=4, seed=3))
     np.testing.assert_array_equal(painting.grad.numpy(), expected)
 
 

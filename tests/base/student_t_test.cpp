@@ -1,5 +1,5 @@
 // Student's t against its closed forms.
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Student's t and the F distribution, by Boost.Math.
-#include "optimize/student_t.h"
+#include "base/student_t.h"
 
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>

@@ -1,0 +1,183 @@
+// What stands behind a recovery of the library's surface.
+#include "library/recovery_state.h"
+
+#include "base/error.h"
+#include "library/ranks.h"
+#include "library/recovery_identity.h"
+#include "library/targets.h"
+#include "optimize/content_identity.h"
+#include "optimize/recovery_config.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cmpg::v1 {
+namespace {
+
+OptimizeConfig checkedConfig(const RecoveryOptions& options) {
+    constexpr std::uint32_t kMostSteps = 10'000'000;
+    const auto within = [](float value, float highest) { return value >= 0 && value <= highest; };
+    require(options.steps >= 1 && options.steps <= kMostSteps, "steps", "from 1 to 10000000");
+    require(options.spp >= 1 && options.spp <= kMostSamples, "spp", "from 1 to 16777216");
+    require(options.sppGradient >= 1 && options.sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216");
+    require(options.sppDifference != 1 && options.sppDifference <= kMostSamples, "spp-difference",
+            "0, or from 2 to 16777216: an image has two halves");
+    require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
+    require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
+    require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
+    if (options.errorTarget != 0) {
+        require(options.errorTarget >= 1e-6 && options.errorTarget <= 100, "error-target", "from 1e-6 to 100, or 0");
+        require(options.batches >= kFewestBatches && options.batches <= kMostBatches, "batches", "from 8 to 64");
+        require(options.sppGradient >= options.batches, "spp-gradient", "as many as there are batches under an error target, at least");
+    }
+    for (const auto& [slot, rate] : options.rates)
+        require(rate >= 0 && rate < 1e6f, "rate", "from 0 to 1e6");
+    return configOf(options);
+}
+
+Renderer::State::Room roomFor(const RecoveryOptions& options) {
+    const PathOptions& paths = options.paths;
+    const bool learns = paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep;
+    return {.guiding = learns, .learning = learns, .roulette = paths.roulette, .differences = options.sppDifference > 0};
+}
+
+} // namespace
+
+Recovery::State::State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
+    : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, roomFor(options))),
+      shared(false), steps(options.steps), learns(base->room->learning) {
+    begin(targets, options, {});
+}
+
+Recovery::State::State(std::shared_ptr<Renderer::State> renderer, const std::vector<Target>& targets, RecoveryOptions options, const RecoveryProgress& from)
+    : base(std::move(renderer)), shared(true), steps(options.steps) {
+    options.paths = base->options.paths;
+    options.parameters = base->options.parameters;
+    learns = roomFor(options).learning;
+    if (!base->room)
+        throw Error(ErrorKind::Usage, "this renderer has no room for recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
+    const std::lock_guard lock(base->device->mutex);
+    base->follow();
+    begin(targets, options, from);
+}
+
+Recovery::State::~State() {
+    const std::lock_guard lock(base->device->mutex);
+    run.reset();
+}
+
+void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from) {
+    RecoveryRun::Steps plan{.config = checkedConfig(options), .views = {}};
+    if (targets.empty())
+        throw Error(ErrorKind::Usage, "a recovery needs a target", {}, "give an image of the scene", {"target"});
+    if (parameters().empty())
+        throw Error(ErrorKind::Usage, "there is nothing to recover", {}, "name a parameter", {"param"});
+    for (const Target& target : targets) {
+        plan.config.targets.push_back(targetOf(target, views.size()));
+        const Image& image = plan.config.targets.back().image;
+        if (target.from)
+            moved.push_back(movedCamera(scene(), *target.from));
+        views.push_back({target.from ? &moved.back() : &scene().camera(target.camera), image.width, image.height});
+    }
+    plan.views = views;
+    if (options.errorTarget > 0)
+        plan.wrap = [&](ImageModel& inner) {
+            auto model = std::make_unique<BatchedModel>(
+                inner, SampleBudget{.batches = options.batches, .samples = options.sppGradient / options.batches, .error = options.errorTarget});
+            batched = model.get();
+            return model;
+        };
+    freeze = options.freeze > 0 ? options.freeze : ~0u;
+    if (!shared)
+        plan.freeze = freeze;
+    identity = identityOf(options, plan.config, renderConfig(options.paths, scene(), parameters()).maxDepth, names());
+    for (auto& entry : contentIdentity(scene(), parameters(), views, plan.config.targets))
+        identity.push_back(std::move(entry));
+    plan.config.onImage = [this](std::size_t view, const Image& image) {
+        if (showImage)
+            showImage(view, image);
+    };
+    initial = current();
+    if (from.state)
+        goOn(plan, *from.state);
+    const std::lock_guard lock(mutex());
+    requireSameOnAll();
+    together(base->device->ranks(), [&] {
+        base->ensure(cmpg::Renderer::Mode::Reverse, false);
+        base->passes->setLearning(learns && !shared);
+        run.emplace(*base->renderer, *base->passes, scene(), parameters(), std::move(plan));
+    });
+    generation = ++base->generation;
+}
+
+// Parameters that stay keep their moments; new ones begin here.
+void Recovery::State::goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) const {
+    plan.start.step = before.steps;
+    for (const std::uint32_t p : parameters()) {
+        const cmpg::Parameter& parameter = scene().parameters[p];
+        const auto found = std::find_if(before.moments.begin(), before.moments.end(), [&](const auto& known) { return known.first == parameter.name; });
+        if (found != before.moments.end()) {
+            plan.start.moments.push_back(found->second);
+            continue;
+        }
+        plan.start.moments.push_back(initialMoments(plan.config.optimizer, parameter));
+        plan.start.moments.back().start = before.steps;
+    }
+}
+
+std::size_t Recovery::State::indexOf(const std::string& name) const {
+    const auto found = std::find(parameters().begin(), parameters().end(), scene().parameter(name));
+    if (found == parameters().end())
+        throw Error(ErrorKind::Usage, name + " is not recovered", {}, "name it among the parameters", {"param"});
+    return std::size_t(found - parameters().begin());
+}
+
+void Recovery::State::requireTarget(std::size_t target) const {
+    if (target >= views.size())
+        throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(views.size() - 1));
+}
+
+void Recovery::State::requireGoing() {
+    base->follow();
+    if (ended())
+        throw Error(ErrorKind::Usage, "the recovery has ended: its renderer was put to another use",
+                    "another recovery was made of it, it draws otherwise now, or a value changed that it was not made for", "go on from progress()");
+}
+
+std::string Recovery::State::names() const {
+    std::string all;
+    for (const std::uint32_t p : parameters())
+        all += (all.empty() ? "" : ", ") + scene().parameters[p].name;
+    return all;
+}
+
+void Recovery::State::requireSameOnAll() const {
+    std::string all;
+    for (const auto& [name, value] : identity)
+        all += name + '\n' + value + '\n';
+    if (const int other = firstOther(ranks(), all))
+        throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " recovers something else than rank 0",
+                    "it was given another scene, other values, targets or options", "give all ranks the same");
+}
+
+void Recovery::State::prepare(bool ahead) {
+    base->renderer->setInteraction(base->interaction());
+    if (ahead && !std::exchange(prepared, true))
+        run->prepareStep();
+}
+
+void Recovery::State::setParameters(const std::vector<std::vector<float>>& values) {
+    for (std::size_t i = 0; i < parameters().size(); ++i)
+        scene().parameters[parameters()[i]].values = values[i]; // also where the device is lost
+    for (std::size_t i = 0; i < parameters().size(); ++i)
+        run->model().setParameter(parameters()[i], values[i]);
+}
+
+std::vector<std::vector<float>> Recovery::State::current() const {
+    std::vector<std::vector<float>> values;
+    for (const std::uint32_t p : parameters())
+        values.push_back(scene().parameters[p].values);
+    return values;
+}
+
+} // namespace cmpg::v1
