@@ -2,9 +2,8 @@
 // compared with Mitsuba's in lobes_test.cpp and rough_dielectric_test.cpp.
 #include "evaluate.h"
 
-#include "central_difference.h"
 #include "drawn_directions.h"
-#include "shader_double.h"
+#include "surface_differences.h"
 
 #include <cmath>
 #include <functional>
@@ -15,7 +14,7 @@
 namespace cmpg::test {
 namespace {
 
-using shader_double::kAtAnisotropy, shader_double::kAtBaseColor, shader_double::kAtNormal, shader_double::kAtRoughness;
+using shader_double::kAtAnisotropy, shader_double::kAtBaseColor, shader_double::kAtRoughness;
 using Library = shader_double::ShaderLibrary;
 constexpr std::size_t kStrength = gpu::kSlotAnisotropy - gpu::kCommonSlots; // in Surface::lobe
 
@@ -131,17 +130,11 @@ TEST(Anisotropy, DerivativesAgreeWithCentralDifferences) {
         if (value == glm::dvec3(0))
             continue;
         ++compared;
-        const auto moved = [&](auto change) {
-            return [&, change](double h) {
-                Library::Surface t = s;
-                change(t, h);
-                return library.bsdfCos(t, n, wo, wi);
-            };
-        };
+        const SurfaceDifferences differences{library, s, n, wo, wi};
         const double rough = q.roughness, alpha = std::max(rough * rough, 1e-3), aspect = q.model & gpu::kMaterialAspect ? std::sqrt(1 - 0.9 * q.anisotropy) : 1;
-        const glm::dvec3 byColour = difference(moved([](auto& t, double h) { t.baseColor += h; }), 0.1);
-        const glm::dvec3 byRoughness = difference(moved([](auto& t, double h) { t.roughness += h; }), 1e-3 * std::max(rough, 0.01));
-        const glm::dvec3 byStrength = difference(moved([](auto& t, double h) { t.lobe[kStrength] += h; }), 1e-3 * alpha);
+        const glm::dvec3 byColour = differences.by([](auto& t, double h) { t.baseColor += h; }, 0.1);
+        const glm::dvec3 byRoughness = differences.by([](auto& t, double h) { t.roughness += h; }, 1e-3 * std::max(rough, 0.01));
+        const glm::dvec3 byStrength = differences.by([](auto& t, double h) { t.lobe[kStrength] += h; }, 1e-3 * alpha);
         const double margin = std::min(std::abs(glm::dot(n, wo)), std::abs(glm::dot(n, wi))), step = std::min(alpha, margin);
         for (int c = 0; c < 3; ++c) {
             const double size = value[c];
@@ -152,16 +145,8 @@ TEST(Anisotropy, DerivativesAgreeWithCentralDifferences) {
             if (std::abs(rough * rough / 1e-3 - 1) > 0.05 && std::abs(rough * rough * aspect / 1e-3 - 1) > 0.05) { // away from the kinks at the floor
                 ASSERT_NEAR(d.at[kAtRoughness][c], byRoughness[c], 1e-6 * size * (1 + 4 * rough / alpha)) << i;
             }
-            double gradient = 0;
-            for (std::uint32_t k = 0; k < 3; ++k)
-                gradient += d.at[kAtNormal + k][c] * d.at[kAtNormal + k][c];
-            for (int axis = 0; axis < 3; ++axis) {
-                glm::dvec3 direction(0);
-                direction[axis] = 1;
-                const double finite = difference([&](double h) { return library.bsdfCos(s, glm::normalize(n + h * direction), wo, wi); }, 2e-3 * step)[c];
-                ASSERT_NEAR(d.at[kAtNormal + std::uint32_t(axis)][c], finite, 2e-6 * (std::sqrt(gradient) + size / step)) << i << " axis " << axis;
-            }
         }
+        differences.expectNormal(d, step, value, 2e-6, i);
     }
     EXPECT_GT(compared, 7000);
 }
