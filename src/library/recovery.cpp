@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "library/kept_checkpoint.h"
 #include "library/ranks.h"
 #include "library/recovery_identity.h"
 #include "library/recovery_state.h"
@@ -24,14 +25,6 @@ RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
             .updateSeconds = record.secondsUpdate,
             .gradientNorm = record.gradientNorm,
             .dropped = record.dropped};
-}
-
-// Error(Input) where there are some, and none can be read.
-std::optional<Checkpoint> checkpointIn(const std::filesystem::path& folder, std::vector<std::string>& refused) {
-    std::optional<Checkpoint> found = findCheckpoint(folder, refused);
-    if (!found && !refused.empty())
-        throw Error(ErrorKind::Input, "no checkpoint in '" + folder.string() + "' can be used: " + refused.front(), {}, "begin anew", {"resume"});
-    return found;
 }
 
 } // namespace
@@ -232,12 +225,6 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
     if (const std::string now = state_->madeWith(); found->madeWith != now)
         warnings->push_back({"other_device", "the run was on " + found->madeWith + " and continues on " + now + ": rounding may differ from here on"});
     return true;
-}
-
-std::optional<std::string> Recovery::note(const std::filesystem::path& folder) {
-    std::vector<std::string> refused;
-    std::optional<Checkpoint> found = checkpointIn(folder, refused);
-    return found ? std::optional(std::move(found->config)) : std::nullopt;
 }
 
 GradientErrors Recovery::errors() const {
