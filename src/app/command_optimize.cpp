@@ -98,7 +98,7 @@ void writeContactSheet(const Options& options, const Session& session, const v1:
     const std::filesystem::path scene = std::filesystem::absolute(options.input);
     sheet.title = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
     if (const std::vector<v1::RecoveryStep> steps = run.history(); !steps.empty())
-        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + std::string(nameOf(options.loss, kLosses)) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
+        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + nameOf(options.loss, kLosses) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         const Parameter& parameter = session.parameter(p);
         sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),
