@@ -35,6 +35,6 @@ class Exploration {
     State state_;
 };
 
-constexpr double kKernelRays = 3e6; // rays in whose time the kernels of one kind of pass are compiled, on two cores of a CPU
+constexpr double kKernelRays = 6e6; // rays in whose time the kernels of one kind of pass are compiled, on two cores of a CPU
 
 } // namespace cmpg
