@@ -8,7 +8,8 @@ endif()
 find_package(nanobind CONFIG REQUIRED)
 
 # The stable ABI from Python 3.12 on, which older ones lack.
-nanobind_add_module(_cmpg STABLE_ABI python/src/module.cpp python/src/ranks.cpp python/src/scene.cpp python/src/renderer.cpp python/src/recovery.cpp)
+nanobind_add_module(_cmpg STABLE_ABI python/src/module.cpp python/src/ranks.cpp python/src/scene.cpp python/src/renderer.cpp python/src/guide.cpp
+  python/src/recovery.cpp)
 target_include_directories(_cmpg PRIVATE ${PROJECT_SOURCE_DIR}/include)
 target_link_libraries(_cmpg PRIVATE $<LINK_ONLY:cmpg>) # the surface alone: not the flags of the library's own sources
 nanobind_add_module(_lab STABLE_ABI python/src/lab.cpp)

@@ -12,12 +12,12 @@ behind = ("scene", "guiding", "render", "optimize", "library", "vk")
 allowed = {
     **{f"src/{folder}": behind for folder in behind},
     "src/base": (),
-    "src/imaging": ("scene/", "render/film.h"),  # images and their files
+    "src/imaging": ("scene/",),  # images and their files
     # A scene and a device as the options want them, and the scene itself for what other programs have no use for.
-    "src/session": ("scene/", "library/states.h", "library/ranks.h", "vk/device.h", "render/renderer.h"),
-    # Files and their names; the command that looks into guides. All else goes by include/cmpg.
-    "src/app": ("scene/export_folder.h", "scene/file_io.h", "scene/image.h", "guiding/guide_file.h", "guiding/field/density_map.h"),
-    "src/lab": ("scene/export_folder.h", "scene/image.h", "guiding/field/sd_tree.h"),
+    "src/session": ("scene/", "library/states.h", "library/ranks.h", "vk/device.h"),
+    # Files and their names. All else goes by include/cmpg.
+    "src/app": ("scene/export_folder.h", "scene/file_io.h", "scene/image.h"),
+    "src/lab": ("scene/export_folder.h", "scene/image.h"),
     "src/live": (),
     "src/viewer": (),
     "src/viewer/present": ("vk/instance.h",),  # it presents with Vulkan on a device of its own

@@ -7,6 +7,7 @@
 #include <cmpg/error.h>
 #include <cmpg/film.h>
 #include <cmpg/filter.h>
+#include <cmpg/guide.h>
 #include <cmpg/image.h>
 #include <cmpg/options.h>
 #include <cmpg/recovery.h>

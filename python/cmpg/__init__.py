@@ -24,14 +24,15 @@ from ._arrays import Image, load_image
 from ._cmpg import DeviceInfo, PassReport, RecoveryProgress, RecoveryStep
 from ._errors import DeviceError, Error, InputError, NumericalError, OutputError, UsageError
 from ._film import Film
-from ._recovery import Recovery
-from ._renderer import GuidePoint, Renderer
+from ._guide import Guide, GuidePoint
+from ._recovery import Recovery, loss_of
+from ._renderer import Renderer
 from ._scene import Camera, Device, Parameter, Scene, SurfacePoint, devices
 
 __all__ = [
-    "Camera", "Device", "DeviceInfo", "DeviceError", "Error", "Film", "GuidePoint", "Image", "InputError", "NumericalError", "OutputError", "Parameter",
-    "PassReport", "Recovery", "RecoveryProgress", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image",
+    "Camera", "Device", "DeviceInfo", "DeviceError", "Error", "Film", "Guide", "GuidePoint", "Image", "InputError", "NumericalError", "OutputError", "Parameter",
+    "PassReport", "Recovery", "RecoveryProgress", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image", "loss_of",
 ]
 
-for _public in (Camera, Device, Film, GuidePoint, Image, Parameter, Recovery, Renderer, Scene, SurfacePoint, devices, load_image):
+for _public in (Camera, Device, Film, Guide, GuidePoint, Image, Parameter, Recovery, Renderer, Scene, SurfacePoint, devices, load_image, loss_of):
     _public.__module__ = "cmpg"  # where users find them

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Union
 
 import numpy as np
@@ -14,7 +14,7 @@ from ._arrays import Image, Names, Path, as_image, floats, load_image, names_of
 from ._cmpg import PassReport, RecoveryProgress, RecoveryStep
 from ._errors import UsageError
 from ._film import Film
-from ._renderer import Renderer, path_options
+from ._renderer import Renderer, path_options, weakly
 from ._scene import Camera, Device, Scene, view_of
 
 MOST_TARGET_BYTES = _cmpg.Target.most_bytes
@@ -113,6 +113,16 @@ class Recovery(Iterator[RecoveryStep]):
     def progress(self) -> RecoveryProgress:
         """What another recovery can go on from: the steps done, and what the optimiser knows of each parameter."""
         return self._handle.progress()
+
+    def on_submission(self, call: Callable[[], None] | None, *, seconds: float = 0.2) -> None:
+        """As Renderer.on_submission(), and of its renderer where it has one. A step that `call` ends has changed nothing and can be done again."""
+        self._on_submission = call
+        self._handle.on_submission(None if call is None else weakly(self, "_on_submission"), seconds)
+
+    def on_image(self, call: Callable[[int, Image], None] | None) -> None:
+        """Has `call` called with the number of a target and each image that a step compares with it, from the thread of the step; None: nothing."""
+        self._on_image = None if call is None else lambda target, image: call(target, as_image(image))
+        self._handle.on_image(None if call is None else weakly(self, "_on_image"))
 
     def set_samples(self, spp: int, spp_gradient: int) -> None:
         """Samples per pixel of the images and of the derivative passes of the steps to come.
@@ -260,6 +270,23 @@ class Recovery(Iterator[RecoveryStep]):
             return self._handle.resume(folder)
         finally:
             self._followed()
+
+
+def loss_of(image: npt.ArrayLike, target: Picture, loss: str = "mse", *, mask: npt.ArrayLike | Path | None = None,
+            target_exposure: float = 0) -> tuple[float, Image]:
+    """The loss of an image as it is, with its noise, and its derivative by every value of the image, in the image's shape: what Renderer.backward() takes.
+
+    Args:
+        image: (height, width, 3).
+        target: an array of the same shape, or a file. Values that are not finite have no weight.
+        loss: "mse", "l1", "smape" or "relative-mse".
+        mask, target_exposure: as in Recovery.
+
+    Raises:
+        InputError: the sizes differ, or no pixel has a weight.
+    """
+    value, adjoint = _cmpg.loss_of(loss, floats(image), target_of(target, "", mask, target_exposure))
+    return value, as_image(adjoint)
 
 
 def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed: int, loss: str, optimizer: str,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import weakref
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, names_of
 from ._cmpg import PassReport
 from ._film import Film
+from ._guide import GuidePoint
 from ._scene import Camera, Device, Scene, view_of
 
 
@@ -22,44 +24,23 @@ def path_options(max_depth: int, sampling: str, pixel_sampling: str, roulette: s
                              keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
 
 
-class GuidePoint:
-    """What the guide knows at a point of a scene. It has three parts: light, and the positive and the negative terms of its derivatives."""
+OnImage = Callable[[Image], None]
 
-    def __init__(self, handle: Any) -> None:
-        self._handle = handle
-        #: the number of the point's cell
-        self.cell: int = handle.cell
-        #: how many cells there are
-        self.cells: int = handle.cells
-        #: that the cell has learned from; those of old passes count less
-        self.records: float = handle.records
-        #: the same, faded since the cell learned last
-        self.weight: float = handle.weight
-        #: of the parts, per record
-        self.means: tuple[float, float, float] = handle.means
-        #: of the parts, in the mixture for a path that arrives straight from the camera
-        self.weights: tuple[float, float, float] = handle.weights
-        #: of light in that mixture, from 0 to 1; the derivatives have the rest
-        self.light_share: float = handle.light_share
-        #: of directions that are drawn from the mixture, from 0 to 1, where the material is rough enough; 0 where it is empty
-        self.guide_share: float = handle.guide_share
 
-    def density(self, mixture: Sequence[float] | None = None, *, edge: int = 128) -> Image:
-        """The density of a mixture of the parts over that of uniform directions, (edge, edge, 1), the mean over each pixel.
+def _with_image(call: OnImage | None) -> Callable[[npt.NDArray[np.float32]], None] | None:
+    return None if call is None else lambda image: call(as_image(image))
 
-        The picture is the equal-area square of all directions: azimuth across, z up, row 0 is z = 1. It is 0 where the mixture is empty.
 
-        Args:
-            mixture: weights of the three parts; None: `weights`.
-            edge: a power of two, from 2 to 4096.
+def weakly(owner: Any, name: str) -> Callable[..., None]:
+    """Calls the function that an object has under this name. The library keeps it, and the garbage collector does not look there: it keeps nothing alive."""
+    found = weakref.ref(owner)
 
-        Raises:
-            UsageError: another number of weights, or another edge.
-        """
-        return as_image(self._handle.density(list(self.weights if mixture is None else mixture), edge))
+    def call(*arguments: Any) -> None:
+        held = found()
+        if held is not None:
+            getattr(held, name)(*arguments)
 
-    def __repr__(self) -> str:
-        return f"<cmpg.GuidePoint cell {self.cell} of {self.cells}, {self.guide_share:.0%} of directions>"
+    return call
 
 
 class Renderer:
@@ -109,7 +90,8 @@ class Renderer:
         return [info.name for info in self._handle.parameters()]
 
     def render(self, *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0, train: int = 0, train_spp: int = 0,
-               anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False) -> Image:
+               anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0, batches: int = 0, layers: bool = False,
+               on_image: OnImage | None = None) -> Image:
         """Radiance, (height, width, 3).
 
         Args:
@@ -125,17 +107,19 @@ class Renderer:
             time_budget: sample for so many seconds, learning included; 0: no budget.
             batches: divide the samples among so many batches, whose spread tells the error in `report`; 0: 8 with a target or budget, else none.
             layers: `report.layers()` then has what the camera sees first and what the guide does there: "normal" (height, width, 3), "depth", "albedo" ...
+            on_image: called with the image as it grows, now and then; the result is the same. What it raises ends the pass.
 
         Raises:
             UsageError: an unknown camera, or an option out of range.
         """
         image, self.report = self._handle.render(
-            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
+            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers),
+            _with_image(on_image))
         return as_image(image)
 
     def forward(self, direction: Mapping[str, npt.ArrayLike], *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 0, seed: int = 0,
                 train: int = 0, train_spp: int = 0, anew: bool = True, frozen: bool = False, error_target: float = 0, time_budget: float = 0,
-                batches: int = 0, layers: bool = False) -> Image:
+                batches: int = 0, layers: bool = False, on_image: OnImage | None = None) -> Image:
         """The derivative of the image along a direction, (height, width, 3): the sum over the parameters of dI/dp . v.
 
         Args:
@@ -145,7 +129,8 @@ class Renderer:
         """
         image, self.report = self._handle.forward(
             self._directions(direction),
-            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers))
+            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers),
+            _with_image(on_image))
         return as_image(image)
 
     def render_into(self, film: Film, *, camera: str | Camera = "", spp: int = 64, seed: int = 0) -> None:
@@ -183,6 +168,17 @@ class Renderer:
         """
         options = _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train=passes)
         self._handle.train(self._directions(direction or {}), options)
+
+    def on_submission(self, call: Callable[[], None] | None, *, seconds: float = 0.2) -> None:
+        """Has `call` called from the thread of a pass, before every submission to the device; None: nothing.
+
+        Results do not depend on it. What it raises ends the pass, and nothing of it remains.
+
+        Args:
+            seconds: about what one submission takes, from 0.001 to 10.
+        """
+        self._on_submission = call
+        self._handle.on_submission(None if call is None else weakly(self, "_on_submission"), seconds)
 
     def forget(self) -> None:
         """Forgets all that the guide has learned."""

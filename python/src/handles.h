@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -58,6 +60,7 @@ template <class T> Array toArray(std::vector<T> values, const cmpg::ParameterInf
 
 // By name. `guided`: also what a guide does.
 nb::dict toArrays(cmpg::Layers layers, bool guided);
+nb::list toList(const std::vector<cmpg::MethodFigures>& figures);
 
 // Where in the scene.
 inline std::array<float, 3> toPoint(const std::vector<float>& place) {
@@ -95,6 +98,25 @@ inline void endOnSignals() {
         throw nb::python_error();
 }
 
+// A Python function that the library keeps: let go with the lock of the interpreter held, as the library does not.
+inline std::shared_ptr<nb::object> kept(nb::object call) {
+    return {new nb::object(std::move(call)), [](nb::object* p) {
+                const nb::gil_scoped_acquire gil;
+                delete p;
+            }};
+}
+
+// For Renderer and Recovery: ends a pass on signals, and calls what else was asked for.
+inline std::function<void()> onSubmission(nb::object call) {
+    if (call.is_none())
+        return endOnSignals;
+    return [call = kept(std::move(call))] {
+        endOnSignals();
+        const nb::gil_scoped_acquire gil;
+        (*call)();
+    };
+}
+
 template <class Work> auto released(Work&& work) {
     nb::gil_scoped_release unlocked;
     return work();
@@ -103,4 +125,5 @@ template <class Work> auto released(Work&& work) {
 // The parts of the module.
 void bindScene(nb::module_& m);    // pictures, devices, scenes
 void bindRenderer(nb::module_& m); // options of passes, what they report, renderers
+void bindGuide(nb::module_& m);    // what was learned, at a point and in a file
 void bindRecovery(nb::module_& m); // targets, steps, recoveries

@@ -6,5 +6,6 @@ NB_MODULE(_cmpg, m) {
     nb::register_exception_translator(translate);
     bindScene(m);
     bindRenderer(m);
+    bindGuide(m);
     bindRecovery(m);
 }

@@ -16,6 +16,13 @@ void bindRecovery(nb::module_& m) {
         .def_prop_ro("nbytes", [](const cmpg::Target& target) { return (target.image.values.size() + target.mask.size()) * sizeof(float); })
         .def_ro_static("most_bytes", &cmpg::Target::kMostBytes);
 
+    m.def("loss_of", [](const std::string& loss, const Floats& image, const cmpg::Target& target) {
+        const cmpg::Loss kind = named("loss", loss, cmpg::kLosses);
+        const cmpg::Image seen = toImage(image);
+        cmpg::ImageLoss found = released([&] { return cmpg::lossOf(kind, seen, target); });
+        return std::pair(found.value, toArray(std::move(found.adjoint)));
+    }, "loss"_a, "image"_a, "target"_a);
+
     nb::class_<cmpg::RecoveryStep>(m, "RecoveryStep", "What one step did.")
         .def_ro("step", &cmpg::RecoveryStep::step, "number of the step, from 0")
         .def_ro("loss", &cmpg::RecoveryStep::loss,
@@ -86,6 +93,18 @@ void bindRecovery(nb::module_& m) {
         }, "renderer"_a, "targets"_a, "options"_a, "progress"_a.none())
         .def("ended", [](const Recovery& self) { return released([&] { return self.library->ended(); }); })
         .def("progress", [](const Recovery& self) { return released([&] { return self.library->progress(); }); })
+        .def("on_submission", [](Recovery& self, nb::object call, double seconds) {
+            released([&] { self.library->onSubmission(onSubmission(std::move(call)), seconds); });
+        }, "call"_a.none(), "seconds"_a)
+        .def("on_image", [](Recovery& self, nb::object call) {
+            std::function<void(std::size_t, const cmpg::Image&)> function;
+            if (!call.is_none())
+                function = [call = kept(std::move(call))](std::size_t target, const cmpg::Image& image) {
+                    const nb::gil_scoped_acquire gil;
+                    (*call)(target, toArray(image));
+                };
+            released([&] { self.library->onImage(std::move(function)); });
+        }, "call"_a.none())
         .def("set_samples", [](Recovery& self, std::uint32_t spp, std::uint32_t sppGradient) {
             released([&] { self.library->setSamples(spp, sppGradient); });
         }, "spp"_a, "spp_gradient"_a)

@@ -86,19 +86,7 @@ void bindReport(nb::module_& m) {
         .def_ro("guided", &cmpg::PassReport::guided, "there is a guide")
         .def_prop_ro("sampling", [](const cmpg::PassReport& r) { return nameOf(r.sampling, cmpg::kSamplings); }, "how directions were drawn")
         .def_ro("roulette", &cmpg::PassReport::roulette)
-        .def_prop_ro("figures", [](const cmpg::PassReport& r) {
-            nb::list figures;
-            for (const cmpg::MethodFigures& f : r.figures) {
-                nb::dict figure;
-                figure["sampling"] = nameOf(f.sampling, cmpg::kSamplings);
-                figure["roulette"] = f.roulette;
-                figure["variance"] = f.variance;
-                figure["rays_per_path"] = f.raysPerPath;
-                figure["passes"] = f.passes;
-                figures.append(figure);
-            }
-            return figures;
-        }, "what learning passes measured of each method")
+        .def_prop_ro("figures", [](const cmpg::PassReport& r) { return toList(r.figures); }, "what learning passes measured of each method")
         .def("layers", [](const cmpg::PassReport& r) { return toArrays(r.layers, r.guided); },
              "what the camera sees first, where the pass was told to keep it: arrays of (height, width, channels)");
 }
@@ -113,24 +101,6 @@ void bindFilm(nb::module_& m) {
         .def("layers", [](const Film& self) { return toArrays(released([&] { return self.layers(); }), true); });
 }
 
-void bindGuidePoint(nb::module_& m) {
-    nb::class_<cmpg::GuidePoint>(m, "GuidePoint")
-        .def_ro("cell", &cmpg::GuidePoint::cell)
-        .def_ro("cells", &cmpg::GuidePoint::cells)
-        .def_ro("records", &cmpg::GuidePoint::records)
-        .def_ro("weight", &cmpg::GuidePoint::weight)
-        .def_prop_ro("means", [](const cmpg::GuidePoint& self) { return toTuple(self.means); })
-        .def_prop_ro("weights", [](const cmpg::GuidePoint& self) { return toTuple(self.weights); })
-        .def_ro("light_share", &cmpg::GuidePoint::lightShare)
-        .def_ro("guide_share", &cmpg::GuidePoint::guideShare)
-        .def("density", [](const cmpg::GuidePoint& self, const std::vector<double>& mixture, int edge) {
-            if (mixture.size() != 3)
-                throw cmpg::Error(cmpg::ErrorKind::Usage, "a mixture has 3 parts, not " + std::to_string(mixture.size()), {},
-                                  "give the weights of light, and of the positive and the negative terms of its derivatives");
-            return toArray(released([&] { return self.density({mixture[0], mixture[1], mixture[2]}, edge); }));
-        }, "mixture"_a, "edge"_a);
-}
-
 constexpr cmpg::EnumName<cmpg::PassKind> kPassKinds[] = {
     {cmpg::PassKind::Render, "render"}, {cmpg::PassKind::Forward, "forward"}, {cmpg::PassKind::Backward, "backward"}};
 
@@ -143,7 +113,31 @@ std::vector<cmpg::Direction> toDirections(const Directions& given) {
     return directions;
 }
 
+// Of one pass, which outlives neither the function nor what it is called with.
+std::function<void(const cmpg::Image&)> forImages(const nb::object& call) {
+    if (call.is_none())
+        return {};
+    return [&call](const cmpg::Image& image) {
+        const nb::gil_scoped_acquire gil;
+        call(toArray(image));
+    };
+}
+
 } // namespace
+
+nb::list toList(const std::vector<cmpg::MethodFigures>& figures) {
+    nb::list list;
+    for (const cmpg::MethodFigures& f : figures) {
+        nb::dict figure;
+        figure["sampling"] = nameOf(f.sampling, cmpg::kSamplings);
+        figure["roulette"] = f.roulette;
+        figure["variance"] = f.variance;
+        figure["rays_per_path"] = f.raysPerPath;
+        figure["passes"] = f.passes;
+        list.append(figure);
+    }
+    return list;
+}
 
 nb::dict toArrays(cmpg::Layers layers, bool guided) {
     nb::dict arrays;
@@ -169,7 +163,6 @@ void bindRenderer(nb::module_& m) {
     bindOptions(m);
     bindReport(m);
     bindFilm(m);
-    bindGuidePoint(m);
     nb::class_<Renderer>(m, "Renderer")
         .def("__init__", [](Renderer* self, const Device& device, const cmpg::Scene& scene, const std::vector<std::string>& parameters,
                             const cmpg::PathOptions& paths, bool recoveries) {
@@ -180,15 +173,20 @@ void bindRenderer(nb::module_& m) {
             }));
         }, "device"_a, "scene"_a, "parameters"_a, "paths"_a, "recoveries"_a)
         .def("parameters", [](const Renderer& self) { return self.library->parameters(); })
-        .def("render", [](Renderer& self, const cmpg::PassOptions& pass) {
+        .def("on_submission", [](Renderer& self, nb::object call, double seconds) {
+            released([&] { self.library->onSubmission(onSubmission(std::move(call)), seconds); });
+        }, "call"_a.none(), "seconds"_a)
+        .def("render", [](Renderer& self, cmpg::PassOptions pass, const nb::object& onImage) {
             cmpg::PassReport report;
+            pass.onImage = forImages(onImage);
             return std::pair(toArray(released([&] { return self.library->render(pass, &report); })), report);
-        }, "options"_a)
-        .def("forward", [](Renderer& self, const Directions& given, const cmpg::PassOptions& pass) {
+        }, "options"_a, "on_image"_a.none())
+        .def("forward", [](Renderer& self, const Directions& given, cmpg::PassOptions pass, const nb::object& onImage) {
             const std::vector<cmpg::Direction> directions = toDirections(given);
             cmpg::PassReport report;
+            pass.onImage = forImages(onImage);
             return std::pair(toArray(released([&] { return self.library->forward(directions, pass, &report); })), report);
-        }, "directions"_a, "options"_a)
+        }, "directions"_a, "options"_a, "on_image"_a.none())
         .def("render_into", [](Renderer& self, Film& film, const cmpg::PassOptions& pass) {
             cmpg::PassReport report;
             released([&] { self.library->render(film, pass, &report); });

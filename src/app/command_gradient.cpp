@@ -77,7 +77,7 @@ ExitStatus runReverse(const Options& options, Report& report, RenderSession& ses
         adjoint = readColorImage(options.adjoint);
     else
         target = openTarget(options, session.scene, options.target.front());
-    const View view = viewOf(options, session.host(), target.camera, options.target.empty() ? &adjoint : &target.image);
+    const SeenView view = viewOf(options, session.host(), target.camera, options.target.empty() ? &adjoint : &target.image);
     const std::filesystem::path folder = single ? folderOf(options.output) : std::filesystem::path(options.output);
     if (options.target.empty()) {
         session.prepare(view, folder, {v1::PassKind::Backward});
@@ -136,7 +136,7 @@ ExitStatus runForward(const Options& options, Report& report, RenderSession& ses
         requireWritableFile(options.layers, ".exr");
     const std::vector<v1::Direction> directions = directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;                                                        // many renders, compared by blocks
-    const View view = viewOf(options, session.host(), "", nullptr, options.check ? kCheckWidth : 512);
+    const SeenView view = viewOf(options, session.host(), "", nullptr, options.check ? kCheckWidth : 512);
     const std::filesystem::path folder = options.output.empty() ? std::filesystem::path() : folderOf(options.output);
     if (options.check)
         session.prepare(view, folder, {v1::PassKind::Render, v1::PassKind::Forward});

@@ -27,7 +27,7 @@ namespace {
 
 // One view per --target, each of its target's size; the cameras have their names.
 struct Views {
-    std::vector<View> views;
+    std::vector<SeenView> views;
     std::vector<v1::Target> targets;
     std::vector<std::string> titles; // names of the cameras, where the command line names them
 };
@@ -42,7 +42,7 @@ Views loadViews(const Options& options, const Scene& scene) {
         bytes += (target.image.values.size() + target.mask.size()) * sizeof(float);
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));
-        target.camera = result.views.back().camera->name;
+        target.camera = result.views.back().camera;
         result.targets.push_back(std::move(target));
     }
     return result;

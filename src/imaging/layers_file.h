@@ -1,7 +1,7 @@
 // The file of --layers.
 #pragma once
 
-#include "render/film.h"
+#include <cmpg/report.h>
 
 #include <string>
 

@@ -63,10 +63,10 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
     constexpr int kDefaultWidth = 256; // many passes of many methods
     for (const std::string& text : o.target) {
         v1::Target given = openTarget(o, session.scene, text);
-        const View seen = viewOf(o, session.host(), given.camera, &given.image, kDefaultWidth);
+        const SeenView seen = viewOf(o, session.host(), given.camera, &given.image, kDefaultWidth);
         if (targets.empty())
             view = seen;
-        given.camera = seen.camera->name;
+        given.camera = seen.camera;
         targets.push_back(std::move(given));
     }
     if (!targets.empty())
@@ -97,7 +97,7 @@ v1::PathOptions CompareSubject::paths(const CompareMethod& method) const {
 }
 
 v1::PassOptions CompareSubject::pass(std::uint32_t spp, std::uint64_t seed) const {
-    return {.camera = view.camera->name, .width = view.width, .height = view.height, .spp = spp, .seed = seed};
+    return {.camera = view.camera, .width = view.width, .height = view.height, .spp = spp, .seed = seed};
 }
 
 Image CompareSubject::adjointOf(const Image& image) const {

@@ -17,7 +17,7 @@ std::vector<CompareMode> parseModes(const std::string& list); // comma-separated
 // Scene, view and inputs of a comparison, read and checked without a device.
 struct CompareSubject {
     CompareSubject(const Options& options, Report& report);
-    CompareSubject(const CompareSubject&) = delete; // the view points into the scene
+    CompareSubject(const CompareSubject&) = delete; // one device, one report
     CompareSubject& operator=(const CompareSubject&) = delete;
 
     const Options& options;
@@ -25,7 +25,7 @@ struct CompareSubject {
     std::vector<CompareMethod> methods;
     Session session;                       // the scene with --set applied, and the parameters
     std::vector<std::vector<float>> truth; // their values before --set: what an optimisation is to find
-    View view;
+    SeenView view;
     std::vector<v1::Direction> directions; // forward
     Image adjoint;                         // reverse: given, or made by beginComparison()
     bool steps = false;                    // reverse: passes make an image and its adjoint themselves, as steps of a recovery do

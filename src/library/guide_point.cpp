@@ -27,9 +27,14 @@ GuidePoint guidePoint(const SdTree& guide, glm::vec3 position, Sampling sampling
     return point;
 }
 
-Image GuidePoint::density(const std::array<double, 3>& mixture, int edge) const {
+Image densityOf(const GuideCell& cell, const std::array<double, 3>& mixture, int edge) {
     require(edge >= 2 && edge <= 4096 && std::has_single_bit(unsigned(edge)), "edge", "a power of two, from 2 to 4096");
-    return state ? densityMap(state->cell, mixture, edge) : Image(edge, edge, 1);
+    return densityMap(cell, mixture, edge);
+}
+
+Image GuidePoint::density(const std::array<double, 3>& mixture, int edge) const {
+    static const GuideCell kEmpty{.nodes = std::vector<QuadNode>(1)};
+    return densityOf(state ? state->cell : kEmpty, mixture, edge);
 }
 
 Image cellNumbers(const SdTree& guide, const CameraRays& rays, const Image& depth) {

@@ -16,6 +16,9 @@ struct GuidePoint::State {
 // `share`: of directions, drawn from the guide.
 GuidePoint guidePoint(const SdTree& guide, glm::vec3 position, Sampling sampling, float share);
 
+// What a cell would draw from, as GuidePoint::density. Error(Usage) on another edge.
+Image densityOf(const GuideCell& cell, const std::array<double, 3>& mixture, int edge);
+
 // Number of the cell at the first hit of every pixel, from its depth; -1 where nothing was hit.
 Image cellNumbers(const SdTree& guide, const CameraRays& rays, const Image& depth);
 

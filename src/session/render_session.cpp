@@ -24,8 +24,8 @@ std::string describe(const EstimateError& error) {
 
 } // namespace
 
-void RenderSession::prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds) {
-    camera_ = view.camera->name;
+void RenderSession::prepare(const SeenView& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds) {
+    camera_ = view.camera;
     width_ = view.width;
     height_ = view.height;
     const v1::PathOptions paths = pathOptions(options_, options_.effectiveDepth(host().maxDepth));

@@ -13,7 +13,7 @@ class RenderSession : public Session {
     using Session::Session;
 
     // Opens the device and has kernels made for passes of these kinds: after all other input was checked. Then as begin().
-    void prepare(const View& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds);
+    void prepare(const SeenView& view, const std::filesystem::path& folder, std::initializer_list<v1::PassKind> kinds);
     v1::Renderer& renderer() { return *renderer_; }
 
     // A pass of the options, of `spp` samples per pixel, with their budget and learning passes.

@@ -49,9 +49,9 @@ std::vector<std::string> parametersOf(const Options& options, const v1::Scene& s
     return names;
 }
 
-View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like, int defaultWidth) {
-    View view;
-    view.camera = &scene.camera(camera.empty() ? options.camera : camera);
+SeenView viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like, int defaultWidth) {
+    const Camera& seenBy = scene.camera(camera.empty() ? options.camera : camera);
+    SeenView view{.camera = seenBy.name};
     if (like) {
         if ((options.width && int(*options.width) != like->width) || (options.height && int(*options.height) != like->height))
             throw Error(ErrorKind::Input,
@@ -62,7 +62,7 @@ View viewOf(const Options& options, const Scene& scene, const std::string& camer
         view.height = like->height;
         return view;
     }
-    std::tie(view.width, view.height) = imageSize(*view.camera, options.width, options.height, defaultWidth);
+    std::tie(view.width, view.height) = imageSize(seenBy, options.width, options.height, defaultWidth);
     return view;
 }
 
@@ -82,7 +82,7 @@ v1::Device& Session::openDevice() {
 
 const Device& Session::device() const { return device_->state()->device; }
 
-void Session::begin(const View& view, const std::filesystem::path& folder) {
+void Session::begin(const SeenView& view, const std::filesystem::path& folder) {
     report_.seconds.load = std::max(0.0, loading_.seconds() - device().compileSeconds());
     report_.addDevice(device());
     record_.begin(view, options_.effectiveDepth(host().maxDepth), folder);
@@ -115,7 +115,7 @@ void Session::finish(const Image* result) {
     record_.requireFinite(result);
 }
 
-void RunRecord::begin(const View& view, std::uint32_t depth, const std::filesystem::path& folder) {
+void RunRecord::begin(const SeenView& view, std::uint32_t depth, const std::filesystem::path& folder) {
     report_.width = view.width;
     report_.height = view.height;
     effective_ = options_;
@@ -123,7 +123,7 @@ void RunRecord::begin(const View& view, std::uint32_t depth, const std::filesyst
     if (options_.target.size() <= 1) { // several targets have cameras and sizes of their own
         effective_.width = std::uint32_t(view.width);
         effective_.height = std::uint32_t(view.height);
-        effective_.camera = view.camera->name;
+        effective_.camera = view.camera;
     }
     printConfiguration(effective_);
     folder_ = folder;

@@ -1,7 +1,7 @@
 // A scene on a device as the options want it: what every rendering command starts from.
 #pragma once
 
-#include "render/renderer.h"
+#include "scene/scene.h"
 #include "session/report.h"
 
 #include <cmpg/device.h>
@@ -17,9 +17,15 @@ v1::Scene openScene(const Options& options);
 // Names of what --param selects; warns of what is left out.
 std::vector<std::string> parametersOf(const Options& options, const v1::Scene& scene);
 
-// The camera and image size of a view: as asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
+// What a command makes an image of.
+struct SeenView {
+    std::string camera;
+    int width = 0, height = 0; // pixels
+};
+
+// As asked, else those of `like` (a target or adjoint), else `defaultWidth` wide by the
 // camera's aspect ratio. Error(Input) when `like` has another size than asked for.
-View viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
+SeenView viewOf(const Options& options, const Scene& scene, const std::string& camera, const Image* like = nullptr, int defaultWidth = 512);
 
 // What a command does on a device, as run.json and the report have it.
 class RunRecord {
@@ -28,7 +34,7 @@ class RunRecord {
 
     // The device is open and the renderer made, for images of this view: the configuration is printed, and written to run.json in `folder` unless
     // that is empty.
-    void begin(const View& view, std::uint32_t depth, const std::filesystem::path& folder);
+    void begin(const SeenView& view, std::uint32_t depth, const std::filesystem::path& folder);
     // Rewrites run.json for what was decided on the way.
     void record(const std::function<void(Options&)>& change);
     // Error(Numerical) if a substantial part of the contributions was lost, or `result` holds values that are not finite. Warns of what was left out.
@@ -57,7 +63,7 @@ class Session {
     v1::Device& openDevice(); // the first time: after all other input was checked
     const Device& device() const;
     // What works on the device is made, for images of this view. The report takes up the times so far. Then as RunRecord::begin().
-    void begin(const View& view, const std::filesystem::path& folder);
+    void begin(const SeenView& view, const std::filesystem::path& folder);
     void record(const std::function<void(Options&)>& change) { record_.record(change); }
 
     // Costs and losses of a pass, or of all passes of a recovery, go to the report.

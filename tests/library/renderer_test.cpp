@@ -122,6 +122,27 @@ TEST(LibraryRenderer, GuidesAreSavedAndLoaded) {
     EXPECT_EQ(report.sampling, Sampling::Conditional);
     EXPECT_NE(learner.backward(adjoint, {.spp = 8, .seed = 1}), learned);
 
+    // The file says what it holds.
+    const Guide guide = Guide::load(folder / "guide");
+    const GuideFigures& figures = guide.figures();
+    EXPECT_EQ(figures.updates, 2u);
+    EXPECT_EQ(figures.parameters, std::vector<std::string>{kPainting});
+    EXPECT_FALSE(figures.methods.empty());
+    ASSERT_EQ(guide.cells().size(), figures.cells);
+    EXPECT_EQ(guide.fault(), "");
+    double records = 0;
+    for (const GuideCellFigures& cell : guide.cells())
+        records += cell.records;
+    EXPECT_NEAR(records, figures.records, 1e-9 * records);
+    const Image density = guide.density(figures.mostRecords, {1, 0, 0}, 16);
+    double sum = 0;
+    for (const float value : density.values)
+        sum += double(value);
+    EXPECT_NEAR(sum / double(density.values.size()), 1, 1e-5);
+    EXPECT_EQ(errorOf([&] { guide.density(std::uint32_t(figures.cells), {1, 0, 0}, 16); }).kind, ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { guide.density(0, {1, 0, 0}, 17); }).kind, ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { Guide::load(folder / "nothing"); }).kind, ErrorKind::Input);
+
     // Learning goes on from what this renderer knows as it does from a file, or begins anew.
     const PassOptions further{.spp = 8, .seed = 2, .train = 1, .anew = false};
     const auto continued = learner.backward(adjoint, further);

@@ -45,8 +45,9 @@ def test_recovery(monkeypatch, tmp_path):
 
 
 def test_derivatives(monkeypatch, tmp_path, scene):
-    names = run(under("docs/python.md", "Images and derivatives"), monkeypatch, tmp_path, {"cmpg": cmpg, "scene": scene, "target": np.float32(0.5)})
+    names = run(under("docs/python.md", "Images and derivatives"), monkeypatch, tmp_path, {"cmpg": cmpg, "scene": scene, "target": np.full((16, 16, 3), 0.5)})
     assert names["image"].shape == names["change"].shape == names["guided"].shape == (16, 16, 3)
+    assert names["gradient"].shape == (64, 64, 3)
     assert set(names["gradients"]) == {"painting.baseColor", "light.emission"}
 
 

@@ -1,10 +1,12 @@
 """What programs use that look on: films, moved cameras, picks, what the guide knows, recoveries of a renderer."""
 
 import dataclasses
+import gc
 import os
 import signal
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -156,6 +158,95 @@ def test_guides_tell_what_they_know(door):
         renderer.set_sampling("magic")
     with pytest.raises(cmpg.UsageError, match="recoveries"):
         cmpg.Renderer(door).set_sampling("bsdf")
+
+
+def test_guide_files_say_what_they_hold(door, tmp_path):
+    renderer = cmpg.Renderer(door, "wall.baseColor", max_depth=4)
+    renderer.backward(np.ones((24, 24, 3)), spp=4, train=2)
+    file = tmp_path / "door.guide"
+    renderer.save_guide(file)
+    guide = cmpg.Guide(file)
+    figures, cells = guide.figures, guide.cells
+    assert figures["updates"] == 2 and figures["parameters"] == ["wall.baseColor"] and f"of {figures['cells']} cells" in repr(guide)
+    methods = [(m["roulette"], m["sampling"]) for m in figures["methods"]]
+    assert methods and len(set(methods)) == len(methods) and all(m["variance"] > 0 and m["passes"] > 0 for m in figures["methods"])
+    assert cells["lower"].shape == cells["means"].shape == (figures["cells"], 3) and cells["records"].shape == (figures["cells"], 1)
+    assert cells["records"].sum() == pytest.approx(figures["records"]) and cells["nodes"].sum() == figures["nodes"]
+    assert cells["records"].argmax() == figures["most_records"]
+    assert np.prod(cells["upper"] - cells["lower"], axis=1).sum() == pytest.approx(np.prod(np.subtract(figures["upper"], figures["lower"])))
+    density = guide.density(figures["most_records"], edge=32)
+    assert density.shape == (32, 32, 1) and density.mean() == pytest.approx(1, abs=1e-3) and guide.fault == ""
+    for wrong in (lambda: guide.density(figures["cells"]), lambda: guide.density(0, (1, 0)), lambda: guide.density(0, edge=3)):
+        with pytest.raises(cmpg.UsageError):
+            wrong()
+    file.write_bytes(file.read_bytes()[:100])
+    with pytest.raises(cmpg.InputError):
+        cmpg.Guide(file)
+
+
+def test_images_are_shown_as_they_grow(scene):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=2)
+    shown = []
+    image = renderer.render(width=16, spp=64, seed=1, on_image=shown.append)
+    assert isinstance(shown[-1], cmpg.Image)
+    np.testing.assert_array_equal(shown[-1], image)
+    np.testing.assert_array_equal(renderer.render(width=16, spp=64, seed=1), image)
+    derivative = renderer.forward({PAINTING: 1}, width=16, spp=16, on_image=shown.append)
+    np.testing.assert_array_equal(shown[-1], derivative)
+
+    def refuse(image):
+        raise LookupError("seen enough")
+
+    with pytest.raises(LookupError, match="seen enough"):
+        renderer.render(width=16, spp=64, on_image=refuse)
+    np.testing.assert_array_equal(renderer.render(width=16, spp=64, seed=1), image)
+
+
+def test_submissions_are_told_and_may_end_a_pass(scene, target):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=4)
+    calls = []
+    renderer.on_submission(lambda: calls.append(1), seconds=0.02)
+    image = renderer.render(width=32, spp=16, seed=3)
+    assert calls
+
+    def stop():
+        raise TimeoutError("no longer wanted")
+
+    film = cmpg.Film(32, 24)
+    renderer.on_submission(stop)
+    with pytest.raises(TimeoutError, match="no longer wanted"):
+        renderer.render_into(film, spp=4)
+    assert film.samples == 0
+    renderer.on_submission(None)
+    np.testing.assert_array_equal(renderer.render(width=32, spp=16, seed=3), image)
+
+    recovery = cmpg.Recovery(scene, target, PAINTING, steps=2, spp=2, spp_gradient=1, max_depth=4)
+    recovery.on_submission(stop)
+    with pytest.raises(TimeoutError):
+        recovery.step()
+    assert recovery.steps_done == 0
+    recovery.on_submission(None)
+    assert recovery.step().step == 0
+
+
+def test_recoveries_show_the_images_they_compare(grey, target):
+    recovery = cmpg.Recovery(grey, {"": target}, PAINTING, steps=3, spp=4, spp_gradient=1, max_depth=4)
+    seen = []
+    recovery.on_image(lambda number, image: seen.append((number, image)))
+    for _ in recovery:
+        pass
+    assert len(seen) >= 3 and all(number == 0 and image.shape == target.shape for number, image in seen)
+
+
+def test_callbacks_keep_nothing_alive(scene):
+    renderer = cmpg.Renderer(scene, max_depth=2)
+    found = weakref.ref(renderer)
+    renderer.on_submission(lambda kept=renderer: None)  # a cycle, which the collector sees
+    renderer.render(width=8, spp=1)
+    del renderer
+    gc.collect()
+    assert found() is None
+
 
 
 def test_learning_goes_on(door):

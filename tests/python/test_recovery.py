@@ -124,3 +124,20 @@ def test_defaults_are_those_of_the_command_line(grey, target, tmp_path):
     continued = cmpg.Recovery(grey, target, PAINTING, steps=3)  # from the program's checkpoint
     assert continued.resume(tmp_path / "run") and continued.steps_done == 3
     np.testing.assert_array_equal(continued[PAINTING], recovery[PAINTING])
+
+
+def test_losses_of_images_have_their_derivative(target):
+    rng = np.random.default_rng(5)
+    image = target + rng.normal(0, 0.1, target.shape).astype(np.float32)
+    value, adjoint = cmpg.loss_of(image, target)
+    assert value == pytest.approx(np.mean((image - target) ** 2), rel=1e-5)
+    np.testing.assert_allclose(adjoint, 2 * (image - target) / target.size, rtol=1e-4, atol=1e-9)
+    mask = np.zeros(target.shape[:2])
+    mask[3:9, 2:20] = 1
+    value, adjoint = cmpg.loss_of(image, target, "l1", mask=mask)
+    assert value == pytest.approx(np.abs(image - target)[mask > 0].mean(), rel=1e-5)
+    assert (np.asarray(adjoint)[mask == 0] == 0).all()
+    with pytest.raises(cmpg.InputError):
+        cmpg.loss_of(image[1:], target)
+    with pytest.raises(cmpg.UsageError, match="loss cannot be"):
+        cmpg.loss_of(image, target, "none")

@@ -1,5 +1,5 @@
 // What a guide holds, in numbers.
-#include "lab/guide_statistics.h"
+#include "library/guide_statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,10 @@ template <class F> void visitLeaves(const std::vector<QuadNode>& nodes, const F&
             leaf(nodes[node].mass[q], depth);
 }
 
-bool knowsDerivatives(const GuideCellFigures& cell) { return cell.mean.plus > 0 || cell.mean.minus > 0; }
+std::array<double, 3> parts(const GuideMass& mass) { return {mass.primal, mass.plus, mass.minus}; }
+std::array<double, 3> coordinates(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+bool knowsDerivatives(const GuideCellFigures& cell) { return cell.means[1] > 0 || cell.means[2] > 0; }
 
 } // namespace
 
@@ -34,10 +37,10 @@ std::vector<GuideCellFigures> cellFigures(const SdTree& tree) {
         }
         const GuideCell& cell = tree.cells()[n.cell];
         GuideCellFigures& figures = cells[n.cell];
-        figures = {lower, upper, depth, 0, cell.nodes.size(), cell.weight(), {}, 0, 0};
+        figures = {.lower = coordinates(lower), .upper = coordinates(upper), .depth = depth, .nodes = cell.nodes.size(), .records = cell.weight()};
         visitLeaves(cell.nodes, [&](const GuideMass&, std::uint32_t level) { figures.quadDepth = std::max(figures.quadDepth, level); });
         if (cell.records > 0) {
-            figures.mean = cell.total() * (1 / cell.records);
+            figures.means = parts(cell.total() * (1 / cell.records));
             figures.reflected = cell.reflected / cell.records;
             figures.derivative = cell.derivative / cell.records;
         }
@@ -48,7 +51,13 @@ std::vector<GuideCellFigures> cellFigures(const SdTree& tree) {
 
 GuideFigures figuresOf(const SdTree& tree, const std::vector<GuideCellFigures>& cells) {
     GuideFigures f;
+    f.lower = coordinates(tree.lower());
+    f.upper = coordinates(tree.upper());
     f.cells = cells.size();
+    f.mostNodes = tree.config().maxNodes;
+    f.updates = tree.updates();
+    f.forgetting = tree.config().forgetting;
+    GuideMass mass;
     double spatialSum = 0, quadSum = 0;
     std::uint64_t leaves = 0;
     std::size_t empty = 0, blind = 0;
@@ -63,31 +72,18 @@ GuideFigures figuresOf(const SdTree& tree, const std::vector<GuideCellFigures>& 
             ++leaves;
         });
         f.records += cell.records;
-        f.mass += tree.cells()[i].total() * tree.cells()[i].faded;
+        mass += tree.cells()[i].total() * tree.cells()[i].faded;
         empty += cell.records == 0;
         blind += !knowsDerivatives(cell);
         if (cell.records > cells[f.mostRecords].records)
             f.mostRecords = std::uint32_t(i);
     }
+    f.mass = parts(mass);
     f.meanSpatialDepth = spatialSum / double(f.cells);
     f.meanQuadDepth = quadSum / double(leaves);
     f.withoutRecords = double(empty) / double(f.cells);
     f.withoutDerivative = double(blind) / double(f.cells);
     return f;
-}
-
-std::string cellTable(const std::vector<GuideCellFigures>& cells) {
-    std::string table = "cell,depth,records,nodes,quad_depth,primal,plus,minus,reflected,derivative,"
-                        "lower_x,lower_y,lower_z,upper_x,upper_y,upper_z\n";
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-        const GuideCellFigures& c = cells[i];
-        char line[400];
-        std::snprintf(line, sizeof line, "%zu,%u,%.9g,%llu,%u,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", i, c.depth,
-                      c.records, static_cast<unsigned long long>(c.nodes), c.quadDepth, c.mean.primal, c.mean.plus, c.mean.minus,
-                      c.reflected, c.derivative, c.lower.x, c.lower.y, c.lower.z, c.upper.x, c.upper.y, c.upper.z);
-        table += line;
-    }
-    return table;
 }
 
 std::string validateDensities(const SdTree& tree) {
