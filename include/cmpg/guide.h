@@ -38,10 +38,10 @@ struct GuideFigures {
     std::uint32_t updates = 0;                        // passes or steps that it has learned from
     double forgetting = 0;                            // what weights of old records were multiplied by in each
 
-    std::uint64_t geometry = 0;              // hash of the scene's triangles
+    std::uint64_t geometry = 0;               // hash of the scene's triangles
     std::vector<std::string> parameters = {}; // that derivatives were asked for
-    std::vector<MethodFigures> methods = {}; // of derivative passes
-    double reference = 0;                    // expected derivative contribution of a path, per unit of mean |adjoint|: what roulette compares with
+    std::vector<MethodFigures> methods = {};  // of derivative passes
+    double reference = 0;                     // expected derivative contribution of a path, per unit of mean |adjoint|: what roulette compares with
 };
 
 } // namespace cmpg
@@ -64,6 +64,7 @@ class Guide {
     struct State;
 
   private:
+    Guide() = default; // of no file
     std::shared_ptr<const State> state_;
 };
 
