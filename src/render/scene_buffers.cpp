@@ -199,13 +199,6 @@ void SceneBuffers::writeValues(std::uint32_t parameter, std::span<const float> v
     }
 }
 
-// The texture coordinates that the tangents of an anisotropic material follow where the file has none.
-std::uint32_t SceneBuffers::tangentCoordinates(const Material& material) const {
-    if (material.hasNormalMap)
-        return scene_.parameters[material.parameters[std::size_t(SlotKind::Normal)]].texcoord;
-    return material.anisotropyDirection != ~0u ? scene_.directionTextures[material.anisotropyDirection].texcoord : 0;
-}
-
 void SceneBuffers::uploadSlots(Device& device) {
     if (!features_.texcoords() && !features_.differentiated)
         return;
@@ -238,7 +231,7 @@ void SceneBuffers::uploadSlots(Device& device) {
                 const Material& material = scene_.materials[materialsUp_[m]];
                 const std::uint32_t direction = material.anisotropyDirection;
                 s.other = direction != ~0u ? directionSlot_[direction] : gpu::kNone;
-                s.flags |= tangentCoordinates(material) == 1 ? gpu::kSlotTangents1 : 0;
+                s.flags |= tangentTexcoord(scene_, material) == 1 ? gpu::kSlotTangents1 : 0;
             }
             const auto found = std::find(differentiable_.begin(), differentiable_.end(), index);
             s.gradient = found == differentiable_.end() ? gpu::kNone : std::uint32_t(gradientOffsets_[std::size_t(found - differentiable_.begin())]);

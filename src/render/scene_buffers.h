@@ -37,7 +37,6 @@ class SceneBuffers {
     void uploadMaterials(bool second);
     void uploadCoat(std::uint32_t material, float alpha);
     std::uint32_t coatTexel(std::uint32_t material) const;
-    std::uint32_t tangentCoordinates(const Material& material) const;
     void uploadSlots(Device& device);
     void uploadLights();
     void requireEntries(std::uint32_t parameter, std::size_t count) const;

@@ -168,7 +168,7 @@ struct Geometry {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals; // zero vector: the triangle's geometric normal is used
     std::vector<glm::vec2> uv0, uv1;
-    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: derived from uvs; filled only where a normal map or an anisotropy needs them
+    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: the shader derives them from uvs; filled only where a normal map or an anisotropy needs them
     std::vector<glm::vec4> colors;   // linear, multiplies baseColor (alpha multiplies alpha)
     std::vector<Triangle> triangles;
 };
@@ -233,6 +233,14 @@ struct Scene {
     std::vector<std::uint32_t> selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left = nullptr) const;
     const Camera& camera(const std::string& name) const; // "" = first
 };
+
+// The set of texture coordinates, 0 or 1, that tangents of a material follow where the file has none: of its normal map; without one, of the texture of
+// its anisotropy.
+inline std::uint32_t tangentTexcoord(const Scene& scene, const Material& m) {
+    if (m.hasNormalMap)
+        return scene.parameters[m.parameters[std::size_t(SlotKind::Normal)]].texcoord;
+    return m.anisotropyDirection != ~0u ? scene.directionTextures[m.anisotropyDirection].texcoord : 0;
+}
 
 // Of the triangles' positions and order: equal for equal geometry, on every machine.
 std::uint64_t geometryHash(const Scene& scene);

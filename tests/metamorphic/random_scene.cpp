@@ -172,6 +172,8 @@ class Maker {
             g.normals.push_back(normal);
         if (secondSet_)
             g.uv1.push_back(glm::vec2(uv.y, 1 - uv.x) * 1.5f);
+        if (smoothNormals_)
+            g.tangents.emplace_back(0);
         if (colored_)
             g.colors.emplace_back(color(0.5f, 1), 1);
         return std::uint32_t(g.positions.size() - 1);
@@ -212,6 +214,8 @@ class Maker {
                 const float phi = float(i) / kColumns * glm::two_pi<float>(), theta = float(j) / kRows * glm::pi<float>();
                 const glm::vec3 n(std::sin(theta) * std::cos(phi), std::cos(theta), -std::sin(theta) * std::sin(phi));
                 vertex(center + radius * n, n, {float(i) / kColumns, float(j) / kRows});
+                if (smoothNormals_ && scene_.materials[material].hasNormalMap) // a file without would get others
+                    scene_.geometry.tangents.back() = glm::vec4(-std::sin(phi), 0, -std::cos(phi), reversed ? -1 : 1);
             }
         for (std::uint32_t j = 0; j < kRows; ++j)
             for (std::uint32_t i = 0; i < kColumns; ++i) {

@@ -1,10 +1,12 @@
 // Triangles of a glTF scene in world space.
 #include "scene/gltf/accessor.h"
 #include "scene/gltf/load.h"
+#include "scene/tangent_space.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <map>
 
 namespace cmpg {
 namespace {
@@ -32,6 +34,20 @@ glm::vec4 colorAt(GltfLoad& load, const AccessorValues& colors, std::uint32_t i)
     const glm::vec4 clamped = glm::clamp(color, 0.0f, 1.0f);
     if (clamped != color) load.warn("vertex colours outside [0,1] were clamped");
     return clamped;
+}
+
+// Of a primitive whose file has none, one a corner, as an attribute TANGENT would have them.
+std::vector<glm::vec4> makeTangents(const AccessorValues& positions, const AccessorValues& normals, const AccessorValues& uvs, const std::vector<std::uint32_t>& corners) {
+    TangentMesh mesh;
+    for (std::uint32_t i = 0; i < positions.count; ++i) {
+        mesh.positions.emplace_back(positions(i, 0), positions(i, 1), positions(i, 2));
+        mesh.normals.push_back(unitOrZero({normals(i, 0), normals(i, 1), normals(i, 2)}));
+        mesh.uvs.emplace_back(uvs(i, 0), uvs(i, 1));
+    }
+    mesh.corners = corners;
+    std::vector<glm::vec4> tangents = mikkTangents(mesh);
+    for (glm::vec4& t : tangents) t.w = -t.w; // glTF's bitangents are along decreasing v, which runs down the image
+    return tangents;
 }
 
 void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive& primitive, const std::string& place,
@@ -74,24 +90,24 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     }
     list = triangulate(std::move(list), primitive.mode);
 
-    const bool named = primitive.material >= 0;
-    const std::uint32_t material = named ? std::uint32_t(primitive.material) : defaultMaterial(load);
-    const bool normalMapped = named && model.materials[material].normalTexture.index >= 0;
-    const bool anisotropic = named && model.materials[material].extensions.contains("KHR_materials_anisotropy");
+    const std::uint32_t material = primitive.material >= 0 ? std::uint32_t(primitive.material) : defaultMaterial(load);
+    const Material& surface = load.scene.materials[material];
+    const bool anisotropic = hasAnisotropy(surface);
     const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
     const AccessorValues colors = attribute("COLOR_0", 3, 4);
-    const AccessorValues tangents = (normalMapped || anisotropic) && normals.count ? attribute("TANGENT", 4, 4) : AccessorValues{};
+    const bool needsTangents = (surface.hasNormalMap || anisotropic) && normals.count;
+    const AccessorValues tangents = needsTangents ? attribute("TANGENT", 4, 4) : AccessorValues{};
+    const AccessorValues& uvs = tangentTexcoord(load.scene, surface) == 1 ? uv1 : uv0;
+    const std::vector<glm::vec4> made = needsTangents && !tangents.count && uvs.count ? makeTangents(positions, normals, uvs, list) : std::vector<glm::vec4>();
     if (anisotropic && !tangents.count && !uv0.count && !uv1.count)
         load.warn(place + " has neither tangents nor texture coordinates: its anisotropy has an arbitrary direction");
-    load.geometry.provide({normals.count > 0, uv0.count > 0, uv1.count > 0, tangents.count > 0, colors.count > 0});
+    load.geometry.provide({normals.count > 0, uv0.count > 0, uv1.count > 0, tangents.count > 0 || !made.empty(), colors.count > 0});
 
     const glm::dmat3 linear(toWorld);
     const double sign = glm::determinant(linear) < 0 ? -1 : 1;
     const glm::dmat3 cofactor = cofactorMatrix(linear);
 
-    constexpr std::uint32_t kUnused = ~0u;
-    std::vector<std::uint32_t> moved(count, kUnused); // of a vertex of the file in the scene
-    const auto addVertex = [&](std::uint32_t i) {
+    const auto addVertex = [&](std::uint32_t i, const glm::vec4& tangent) {
         const glm::dvec3 local(positions(i, 0), positions(i, 1), positions(i, 2));
         const glm::dvec3 world(toWorld * glm::dvec4(local, 1));
         if (!fitsFloats(world))
@@ -103,15 +119,28 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
         if (uv0.count) vertex.uv0 = {uv0(i, 0), uv0(i, 1)};
         if (uv1.count) vertex.uv1 = {uv1(i, 0), uv1(i, 1)};
         vertex.color = colorAt(load, colors, i);
-        if (tangents.count) {
-            const glm::vec3 t = unitOrZero(linear * glm::dvec3(tangents(i, 0), tangents(i, 1), tangents(i, 2)));
-            if (t != glm::vec3(0)) vertex.tangent = glm::vec4(t, (tangents(i, 3) < 0 ? -1.0f : 1.0f) * float(sign));
-        }
+        const glm::vec3 t = unitOrZero(linear * glm::dvec3(tangent));
+        if (t != glm::vec3(0)) vertex.tangent = glm::vec4(t, (tangent.w < 0 ? -1.0f : 1.0f) * float(sign));
         return load.geometry.add(vertex);
     };
-    for (std::uint32_t& i : list) {
-        if (moved[i] == kUnused) moved[i] = addVertex(i);
-        i = moved[i];
+    constexpr std::uint32_t kUnused = ~0u;
+    std::vector<std::uint32_t> moved(count, kUnused); // of a vertex of the file in the scene; the first of several
+    std::vector<glm::vec4> tangentOf(made.empty() ? 0 : count); // of that one
+    std::map<std::pair<std::uint32_t, std::array<float, 4>>, std::uint32_t> split; // the others, by vertex of the file and tangent
+    for (std::size_t c = 0; c < list.size(); ++c) {
+        const std::uint32_t i = list[c];
+        glm::vec4 tangent(0);
+        if (!made.empty())
+            tangent = made[c];
+        else if (tangents.count)
+            tangent = {tangents(i, 0), tangents(i, 1), tangents(i, 2), tangents(i, 3)};
+        std::uint32_t* at = &moved[i];
+        if (!made.empty() && *at == kUnused)
+            tangentOf[i] = tangent;
+        else if (!made.empty() && tangentOf[i] != tangent)
+            at = &split.try_emplace({i, {tangent.x, tangent.y, tangent.z, tangent.w}}, kUnused).first->second;
+        if (*at == kUnused) *at = addVertex(i, tangent);
+        list[c] = *at;
     }
     load.unusedVertices += std::uint64_t(std::count(moved.begin(), moved.end(), kUnused));
     // A mirrored node turns its triangles inside out; swapping two corners turns them back.

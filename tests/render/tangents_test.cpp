@@ -1,0 +1,64 @@
+// Tangents that are made for files without, as kernels use them.
+#include "support/render_fixture.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace cmpg::test {
+namespace {
+
+// The bundled scene whose flat panel with a normal map has normals.
+Scene panelWithNormals() {
+    namespace fs = std::filesystem;
+    std::string folder = (fs::temp_directory_path() / "cmpg-tangents-XXXXXX").string();
+    if (!mkdtemp(folder.data()))
+        throw std::runtime_error("no temporary folder");
+    fs::copy(fs::path(CMPG_SOURCE_DIR "/scenes/materials"), folder, fs::copy_options::recursive);
+    nlohmann::json gltf = nlohmann::json::parse(std::ifstream(folder + "/scene.gltf"));
+    const Scene plain = bundledScene("materials");
+    for (nlohmann::json& mesh : gltf["meshes"]) {
+        nlohmann::json& primitive = mesh["primitives"][0];
+        const std::size_t material = primitive["material"];
+        if (!plain.materials[material].hasNormalMap)
+            continue;
+        const Geometry& g = plain.geometry;
+        const Triangle& t = *std::find_if(g.triangles.begin(), g.triangles.end(), [&](const Triangle& triangle) { return triangle.material == material; });
+        const glm::vec3 a = g.positions[t.vertices[0]];
+        const std::vector<glm::vec3> normals(4, glm::normalize(glm::cross(g.positions[t.vertices[1]] - a, g.positions[t.vertices[2]] - a)));
+        std::ofstream(folder + "/normals.bin", std::ios::binary).write(reinterpret_cast<const char*>(normals.data()), 48);
+        primitive["attributes"]["NORMAL"] = gltf["accessors"].size();
+        gltf["accessors"].push_back({{"bufferView", gltf["bufferViews"].size()}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}});
+        gltf["bufferViews"].push_back({{"buffer", gltf["buffers"].size()}, {"byteOffset", 0}, {"byteLength", 48}});
+        gltf["buffers"].push_back({{"uri", "normals.bin"}, {"byteLength", 48}});
+    }
+    std::ofstream(folder + "/scene.gltf") << gltf;
+    Scene scene = loadScene(folder + "/scene.gltf");
+    fs::remove_all(folder);
+    return scene;
+}
+
+Image imageOf(Scene scene) {
+    Bench s(std::move(scene), {});
+    return s.renderer->render(viewOf(s.scene, 24, 24), 16, {3, 0, 0});
+}
+
+// On a flat surface they are those that kernels derive from each triangle.
+TEST(MadeTangents, AreThoseOfTheTrianglesWhereThoseAreFlat) {
+    Scene scene = panelWithNormals();
+    ASSERT_FALSE(scene.geometry.tangents.empty());
+    const Image derived = imageOf(bundledScene("materials")), made = imageOf(scene);
+    const auto off = [&](const Image& image) {
+        double difference = 0, size = 0;
+        for (std::size_t i = 0; i < image.values.size(); ++i) {
+            difference += std::abs(double(image.values[i]) - derived.values[i]);
+            size += std::abs(derived.values[i]);
+        }
+        return difference / size;
+    };
+    EXPECT_LT(off(made), 1e-5);
+    for (glm::vec4& t : scene.geometry.tangents) t.w = -t.w;
+    EXPECT_GT(off(imageOf(scene)), 1e-3) << "bitangents matter";
+}
+
+} // namespace
+} // namespace cmpg::test
