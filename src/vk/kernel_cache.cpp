@@ -1,34 +1,28 @@
-// Files of specialised kernels. Little endian: magic, key, number of words, the words by zlib, CRC-32 of all before. The key is what the code was made
-// of: the digest of the module, the version of what specialises, the constants. It is compared whole; the name of the file is a hash of it.
+// The folder of specialised kernels. The key of a file is what its code was made of: the digest of the module, the version of what specialises, the
+// constants. The name of the file is a hash of it.
 #include "vk/kernel_cache.h"
 
 #include "base/byte_stream.h"
 #include "base/descriptor.h"
 #include "base/hash.h"
+#include "vk/kernel_file.h"
 #include "vk/specialize.h"
 #include "vk/spirv.h"
-#include "vk/spirv_reflection.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 namespace cmpg {
 namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x0a434b4347504d43; // "CMPGCKC\n"
-constexpr std::size_t kMostFileBytes = 16 << 20, kMostWords = 4 << 20, kNameDigits = 16;
-constexpr int kLevel = 1; // of compression: a third is left, as of higher ones that take longer
+constexpr std::size_t kMostFileBytes = 16 << 20, kNameDigits = 16;
 constexpr std::string_view kSuffix = ".spirv", kPart = ".part"; // a file while it is written: name.spirv.partXXXXXX
-
-std::uint32_t checksum(std::span<const std::uint8_t> bytes) { return std::uint32_t(crc32_z(0, bytes.data(), bytes.size())); }
 
 // A folder may hold other things: they are neither counted nor removed.
 bool isOurs(const std::string& name) {
@@ -60,42 +54,6 @@ std::string kernelKey(const KernelModule& module, std::span<const std::uint32_t>
     for (const std::uint32_t constant : constants)
         key.put(constant);
     return {key.bytes.begin(), key.bytes.end()};
-}
-
-std::vector<std::uint8_t> encodeKernel(const std::string& key, std::span<const std::uint32_t> words) {
-    ByteWriter out;
-    out.put(kMagic);
-    out.put(key);
-    out.count(words.size());
-    std::vector<std::uint8_t> packed(::compressBound(uLong(words.size_bytes())));
-    uLongf length = uLongf(packed.size());
-    ::compress2(packed.data(), &length, reinterpret_cast<const Bytef*>(words.data()), uLong(words.size_bytes()), kLevel); // there is room
-    out.count(length);
-    out.bytes.insert(out.bytes.end(), packed.begin(), packed.begin() + std::ptrdiff_t(length));
-    out.put(checksum(out.bytes));
-    return std::move(out.bytes);
-}
-
-std::optional<std::vector<std::uint32_t>> decodeKernel(std::span<const std::uint8_t> bytes, const std::string& key) {
-    try {
-        ByteReader in(bytes);
-        if (in.get<std::uint64_t>() != kMagic || in.text() != key)
-            return {};
-        const auto count = in.get<std::uint64_t>();
-        const std::span<const std::uint8_t> packed = in.take(in.count(1));
-        const std::size_t end = bytes.size() - sizeof(std::uint32_t);
-        if (in.get<std::uint32_t>() != checksum(bytes.first(end)) || !in.atEnd() || count > kMostWords)
-            return {};
-        static_assert(std::endian::native == std::endian::little); // else the words would have to be turned
-        std::vector<std::uint32_t> words(count);
-        uLongf length = uLongf(count * sizeof(std::uint32_t));
-        if (::uncompress(reinterpret_cast<Bytef*>(words.data()), &length, packed.data(), uLong(packed.size())) != Z_OK ||
-            length != count * sizeof(std::uint32_t) || !isWhole(words))
-            return {};
-        return words;
-    } catch (const Malformed&) {
-        return {};
-    }
 }
 
 KernelCache::KernelCache(fs::path folder, std::uint64_t mostBytes) : folder_(std::move(folder)), mostBytes_(mostBytes) {}

@@ -40,8 +40,5 @@ class KernelCache {
 
 // What code is known by: what it was made of.
 std::string kernelKey(const KernelModule& module, std::span<const std::uint32_t> constants);
-// The contents of a file, and the code in it: nothing, unless they are whole, undamaged and of this key.
-std::vector<std::uint8_t> encodeKernel(const std::string& key, std::span<const std::uint32_t> words);
-std::optional<std::vector<std::uint32_t>> decodeKernel(std::span<const std::uint8_t> bytes, const std::string& key);
 
 } // namespace cmpg

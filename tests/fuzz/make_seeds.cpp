@@ -6,6 +6,7 @@
 #include "optimize/linear_model.h"
 #include "scene/image_decode.h"
 #include "support/scene_mutation.h"
+#include "vk/kernel_file.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -417,6 +418,19 @@ void writeCheckpoints(const Folder& out) {
     }
 }
 
+// ---- kernels
+
+void writeKernels(const Folder& out) {
+    // A header, a capability, a memory model; the same with many names, which compress well.
+    std::vector<std::uint32_t> words = {0x07230203, 0x00010500, 0, 1, 0, 2u << 16 | 17, 1, 3u << 16 | 14, 0, 1};
+    const auto write = [&](const char* name) { out.write(name, textOf(encodeKernel("a kernel", words))); };
+    write("small.spirv");
+    out.write("code.words", bytesOf(words));
+    for (int i = 0; i < 500; ++i)
+        words.insert(words.end(), {3u << 16 | 5, 1, 0x61});
+    write("names.spirv");
+}
+
 // ---- command lines
 
 void writeOptions(const Folder& out) {
@@ -447,5 +461,6 @@ int main(int argc, char** argv) {
     writeImages({root / "image"});
     writeGuides({root / "guide"});
     writeCheckpoints({root / "checkpoint"});
+    writeKernels({root / "kernel"});
     writeOptions({root / "options"});
 }
