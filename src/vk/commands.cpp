@@ -105,7 +105,7 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
     std::vector<vk::BufferView> views(declared.size());
     std::vector<vk::WriteDescriptorSet> writes;
     for (std::size_t i = 0; i < declared.size(); ++i) {
-        const auto [number, resource] = declared[i];
+        const auto [number, resource, oneNumber] = declared[i];
         const bool uniform = resource == KernelInterface::Resource::Uniform;
         const bool texel = resource != KernelInterface::Resource::Storage && !uniform;
         const bool texelFloat = resource == KernelInterface::Resource::TexelFloat || resource == KernelInterface::Resource::StorageTexelFloat;
@@ -113,7 +113,8 @@ vk::DescriptorSet Commands::Impl::bind(const Kernel::Impl& kernel, const Binding
         Buffer::Impl* const buffer = range.buffer ? range.buffer->impl() : nullptr;
         if (!buffer) {
             ranges[i] = vk::DescriptorBufferInfo(*device.dummy.buffer, 0, VK_WHOLE_SIZE);
-            views[i] = texelFloat ? *device.dummyFloat : *device.dummyUint;
+            if (texel)
+                views[i] = *device.dummyViews.at(texelFloat ? (oneNumber ? Texel::R32f : Texel::Rgba32f) : oneNumber ? Texel::R32ui : Texel::Rgba32ui);
         } else {
             if (range.offset % 256 != 0 || range.offset >= buffer->bytes || range.bytes > buffer->bytes - range.offset)
                 throw std::logic_error("binding " + std::to_string(number) + " of '" + kernel.name + "': wrong range of '" +

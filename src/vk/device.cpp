@@ -145,8 +145,8 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
     dummy = allocate("dummy", paddedTexelBytes(16),
                      vk::BufferUsageFlagBits::eStorageBuffer | vk::BufferUsageFlagBits::eUniformBuffer | texelUsage(variant) | vk::BufferUsageFlagBits::eTransferDst,
                      Place::Device);
-    dummyFloat = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32f), 0, VK_WHOLE_SIZE});
-    dummyUint = device.createBufferView({{}, *dummy.buffer, texelFormat(Texel::Rgba32ui), 0, VK_WHOLE_SIZE});
+    for (const Texel texel : {Texel::Rgba32f, Texel::Rgba32ui, Texel::R32f, Texel::R32ui})
+        dummyViews.emplace(texel, device.createBufferView({{}, *dummy.buffer, texelFormat(texel), 0, VK_WHOLE_SIZE}));
     transfer([&](const auto& commands) { commands.fillBuffer(*dummy.buffer, 0, VK_WHOLE_SIZE, 0); });
 }
 

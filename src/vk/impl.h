@@ -80,8 +80,8 @@ struct Device::Impl {
     vk::raii::CommandPool transferPool{nullptr};
     vk::raii::CommandBuffers transferCommands{nullptr};
     vk::raii::Fence fence{nullptr};
-    RawBuffer dummy;                                                       // what null buffers bind
-    vk::raii::BufferView dummyFloat{nullptr}, dummyUint{nullptr};
+    RawBuffer dummy; // what null buffers bind
+    std::map<Texel, vk::raii::BufferView> dummyViews; // in the format that a kernel declares: lavapipe compiles anew for another
     RawBuffer staging; // created by the first transfer that needs it
 
     Fault fault;

@@ -42,7 +42,7 @@ void requireCapabilities(const Device::Impl& device, const std::string& name, co
 
 vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {
     std::vector<vk::DescriptorSetLayoutBinding> bindings;
-    for (const auto& [number, resource] : interface.bindings)
+    for (const auto& [number, resource, oneNumber] : interface.bindings)
         bindings.emplace_back(number, descriptorType(resource), 1, vk::ShaderStageFlagBits::eCompute);
     return device.createDescriptorSetLayout({{}, bindings});
 }

@@ -43,6 +43,7 @@ enum Decoration : std::uint32_t {
     DecorationDescriptorSet = 34,
     DecorationOffset = 35,
 };
+enum ImageFormat : std::uint32_t { ImageFormatR32f = 3, ImageFormatR32ui = 33 };
 enum StorageClass : std::uint32_t { ClassUniformConstant = 0, ClassUniform = 2, ClassPushConstant = 9, ClassStorageBuffer = 12 };
 constexpr std::uint32_t kMagic = 0x07230203, kHeaderWords = 5;
 constexpr std::uint32_t kModeLocalSize = 17, kModeLocalSizeId = 38, kBuiltInWorkgroupSize = 25, kDimBuffer = 5;
@@ -200,8 +201,11 @@ void readVariable(const Instruction& variable, const Module& module, KernelInter
         fail("binding " + std::to_string(*binding) + " is neither a storage buffer nor a read-only texel buffer");
     using Resource = KernelInterface::Resource;
     const bool isFloat = module.definition(image.at(2)).op == OpTypeFloat;
-    result.bindings.push_back({*binding, sampled == 1 ? (isFloat ? Resource::TexelFloat : Resource::TexelUint)
-                                                      : (isFloat ? Resource::StorageTexelFloat : Resource::StorageTexelUint)});
+    const bool oneNumber = image.at(8) == ImageFormatR32f || image.at(8) == ImageFormatR32ui;
+    result.bindings.push_back({*binding,
+                               sampled == 1 ? (isFloat ? Resource::TexelFloat : Resource::TexelUint)
+                                            : (isFloat ? Resource::StorageTexelFloat : Resource::StorageTexelUint),
+                               oneNumber});
 }
 
 std::array<std::uint32_t, 3> readLocalSize(const Module& module) {

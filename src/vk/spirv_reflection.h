@@ -14,6 +14,7 @@ struct KernelInterface {
     struct Binding {
         std::uint32_t number;
         Resource resource;
+        bool oneNumber = false; // texels of one number each, as a storage texel buffer declares them; of others that is not known
         auto operator<=>(const Binding&) const = default;
     };
     std::vector<Binding> bindings; // by number

@@ -51,9 +51,9 @@ class Dummies {
     }
     Bindings inPlaceOf(const Bindings& bindings, const Kernel& kernel) const {
         Bindings result;
-        for (const auto& [number, resource] : kernel.impl()->interface.bindings)
-            if (const Buffer* buffer = bindings.at(number).buffer; buffer && *buffer)
-                result.set(number, buffers_.at(buffer->impl()->texel));
+        for (const auto& declared : kernel.impl()->interface.bindings)
+            if (const Buffer* buffer = bindings.at(declared.number).buffer; buffer && *buffer)
+                result.set(declared.number, buffers_.at(buffer->impl()->texel));
         return result;
     }
 

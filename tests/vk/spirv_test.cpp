@@ -31,6 +31,18 @@ TEST(Reflection, PushConstantsAndResources) {
     EXPECT_EQ(interface.bindings[2].resource, Resource::Storage);
 }
 
+// Of storage texel buffers alone, which declare it.
+TEST(Reflection, TexelsOfOneNumber) {
+    std::size_t one = 0, four = 0;
+    for (const auto& b : reflect(findKernel("shade_escaped").cpu.words).bindings)
+        if (b.resource == Resource::StorageTexelFloat)
+            ++(b.oneNumber ? one : four);
+    EXPECT_GT(one, 0u); // the environment's distribution
+    EXPECT_GT(four, 0u);
+    for (const auto& b : reflect(spirv("shade_escaped")).bindings)
+        EXPECT_FALSE(b.oneNumber);
+}
+
 TEST(Reflection, SpecializedLocalSize) {
     EXPECT_EQ(reflect(spirv("specialized")).localSize[0], 32u);
     const std::array<std::uint32_t, 1> constants{128};
