@@ -3,6 +3,16 @@
 #include "random_scene.h"
 
 namespace cmpg::test {
+namespace {
+
+RenderConfig smallConfig() {
+    RenderConfig config;
+    config.maxDepth = 4;
+    config.memoryBudget = std::uint64_t(16) << 20;
+    return config;
+}
+
+} // namespace
 
 Sources sameParameters(const Scene& scene) {
     Sources sources(scene.parameters.size());
@@ -35,10 +45,8 @@ Image adjointImage() {
 }
 
 Outputs run(const Scene& scene, const Setup& setup, const Directions& directions, const Passes& passes) {
-    RenderConfig config;
+    RenderConfig config = smallConfig();
     config.allFeatures = true; // few kernels for all scenes
-    config.maxDepth = 4;
-    config.memoryBudget = std::uint64_t(16) << 20;
     config.lightSampling = setup.lightSampling;
     config.sampler = setup.sampler;
     config.guiding = setup.guided != Sampling::Bsdf || setup.roulette;
@@ -78,6 +86,15 @@ Outputs run(const Scene& scene, const Setup& setup, const Directions& directions
         if (count > 0)
             out.trouble.append(what).append(" ").append(std::to_string(count)).append("; ");
     return out;
+}
+
+std::vector<Image> images(Scene scene, const Passes& passes) {
+    Renderer renderer(device(), scene, smallConfig());
+    const View view = viewOf(scene, kImageEdge, kImageEdge);
+    std::vector<Image> result;
+    for (std::uint32_t i = 0; i < passes.count; ++i)
+        result.push_back(renderer.render(view, passes.spp, {passes.firstSeed, i, 0}, {}));
+    return result;
 }
 
 Directions pushed(const Directions& directions, const Sources& sources, const Scene& there) {

@@ -49,6 +49,9 @@ Image adjointImage();
 // `wanted`: parameters of the scene; directions for them. Gradients come by parameter of the scene, empty where not wanted.
 Outputs run(const Scene& scene, const Setup& setup, const Directions& directions, const Passes& passes);
 
+// The images alone, plain, by kernels of what the scene requires.
+std::vector<Image> images(Scene scene, const Passes& passes);
+
 // To a transformed scene and back.
 Directions pushed(const Directions& directions, const Sources& sources, const Scene& there);
 void pull(const std::vector<std::vector<double>>& there, const Sources& sources, double weight, std::vector<std::vector<double>>& here);
