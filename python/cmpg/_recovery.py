@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, load_image, names_of
+from ._callbacks import weakly
 from ._cmpg import PassReport, RecoveryProgress, RecoveryStep
 from ._errors import UsageError
 from ._film import Film
-from ._renderer import Renderer, path_options, weakly
+from ._renderer import Renderer, path_options
 from ._scene import Camera, Device, Scene, view_of
 
 MOST_TARGET_BYTES = _cmpg.Target.most_bytes

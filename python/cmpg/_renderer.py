@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, names_of
+from ._callbacks import weakly
 from ._cmpg import PassReport
 from ._film import Film
 from ._guide import GuidePoint
@@ -29,18 +29,6 @@ OnImage = Callable[[Image], None]
 
 def _with_image(call: OnImage | None) -> Callable[[npt.NDArray[np.float32]], None] | None:
     return None if call is None else lambda image: call(as_image(image))
-
-
-def weakly(owner: Any, name: str) -> Callable[..., None]:
-    """Calls the function that an object has under this name. The library keeps it, and the garbage collector does not look there: it keeps nothing alive."""
-    found = weakref.ref(owner)
-
-    def call(*arguments: Any) -> None:
-        held = found()
-        if held is not None:
-            getattr(held, name)(*arguments)
-
-    return call
 
 
 class Renderer:
