@@ -2,14 +2,15 @@
 //
 // Two-sided: a normal that wo is behind of is turned; dielectrics see another index of refraction from there, and surfaces that are black from behind
 // scatter nothing. Where nothing is transmitted, f is 0 where wo
-// and wi are on different sides of the normal. All directions are unit vectors and point away from the surface.
+// and wi are on different sides of the normal; of a clear coat with a normal of its own, that one's. All directions are unit vectors and point away from the
+// surface.
 //
 // Smooth boundaries scatter in single directions, in which no density can be evaluated: bsdfCos and bsdfPdf leave those out, sampleBsdf draws them with a
 // probability instead, and singleCos says what one carries.
 //
 // The includer defines the bool constants kLobeDiffuse, kLobeSpecular of metallic-roughness (a scene in which a lobe can contribute neither value nor
 // derivative leaves it out); kOtherModels, kMetallicRoughness, kDielectric, kConductor, kPlastic (some surface is of that model), kSmoothLobes, kRoughDielectric, kRoughReflection
-// (conductors and plastics), kBeckmann, kGgx (their microfacets), kOneSided (some surface is black from behind); for each slot that scattering depends on kDiffBaseColor ... (it is differentiated on some
+// (conductors and plastics), kBeckmann, kGgx (their microfacets), kOneSided (some surface is black from behind), kCoatNormals (some clear coat has normals of its own); for each slot that scattering depends on kDiffBaseColor ... (it is differentiated on some
 // surface), and kKeptSlots of lib/derivative_places.glsl, which has at least those. What a constant leaves out changes no bit of the rest: a lobe that a
 // surface lacks adds an exact 0 where the constant keeps it in.
 #ifndef CMPG_LIB_BSDF
@@ -55,10 +56,15 @@ vec3 bsdfCosDerivatives(Surface s, vec3 normal, vec3 wo, vec3 wi, OUT(BsdfDeriva
     vec3 n = normal * side;
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
-    if (!(min(cosO, cosI) > kMinCosine)) return value;
+    if (!(min(cosO, cosI) > kMinCosine)) {
+        if (!kCoatNormals) return value;
+        if (!HAS_COAT_NORMAL(s)) return value;
+    }
     if (IS_BLACK_BEHIND(s) && side < 0.0) return value;
-    if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
-    if (HAS_SHEEN(s)) value = sheenOverCos(s, n, wo, wi, cosO, cosI, value, d);
+    if (!kCoatNormals || min(cosO, cosI) > kMinCosine) {
+        if (kMetallicRoughness && IS_METALLIC_ROUGHNESS(s)) value = metallicRoughnessCos(s, n, wo, wi, cosO, cosI, d);
+        if (HAS_SHEEN(s)) value = sheenOverCos(s, n, wo, wi, cosO, cosI, value, d);
+    }
     if (HAS_CLEAR_COAT(s)) value = clearCoatedCos(s, n, wo, wi, cosO, cosI, value, d);
     if (IS_PLASTIC(s)) value = plasticBaseCos(s, n, wo, wi, cosO, cosI, d);
     if (kRoughReflection && (IS_PLASTIC(s) || IS_CONDUCTOR(s)) && !IS_SMOOTH(s))
@@ -90,14 +96,30 @@ float bsdfPdf(Surface s, vec3 normal, vec3 wo, vec3 wi) {
     vec3 n = facing(normal, wo);
     float cosO = accurateDot(n, wo);
     float cosI = accurateDot(n, wi);
-    if (!(min(cosO, cosI) > kMinCosine) || IS_DIELECTRIC(s)) return 0.0;
+    if (!(min(cosO, cosI) > kMinCosine)) {
+        if (!kCoatNormals) return 0.0;
+        if (!HAS_COAT_NORMAL(s)) return 0.0;
+    }
+    if (IS_DIELECTRIC(s)) return 0.0;
     if (IS_BLACK_BEHIND(s) && dot(normal, wo) < 0.0) return 0.0;
-    float probability = specularProbability(s, cosO);
     float pdf = 0.0;
-    if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
-    if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * microfacetPdf(s, n, wo, cosO, halfVector(n, wo, wi));
-    if (HAS_SHEEN(s)) pdf = mix(pdf, cosI * kInvPi, sheenProbability(s, cosO));
-    if (HAS_CLEAR_COAT(s)) pdf = mix(pdf, ggxPdf(clearCoatAlpha(s), cosO, halfVector(n, wo, wi)), clearCoatProbability(s, cosO));
+    if (!kCoatNormals || min(cosO, cosI) > kMinCosine) {
+        float probability = specularProbability(s, cosO);
+        if (hasDiffuse(s)) pdf = (1.0 - probability) * cosI * kInvPi;
+        if ((kLobeSpecular || kRoughReflection) && !IS_SMOOTH(s)) pdf += probability * microfacetPdf(s, n, wo, cosO, halfVector(n, wo, wi));
+        if (HAS_SHEEN(s)) pdf = mix(pdf, cosI * kInvPi, sheenProbability(s, cosO));
+    }
+    if (HAS_CLEAR_COAT(s)) {
+        vec3 coatN = n;
+        float coatO = cosO;
+        bool reflects = true;
+        if (HAS_COAT_NORMAL(s)) {
+            coatN = facing(s.coatNormal, wo);
+            coatO = accurateDot(coatN, wo);
+            reflects = min(coatO, accurateDot(coatN, wi)) > kMinCosine;
+        }
+        pdf = mix(pdf, reflects ? ggxPdf(clearCoatAlpha(s), coatO, halfVector(coatN, wo, wi)) : 0.0, clearCoatProbability(s, cosO, coatO));
+    }
     return pdf;
 }
 
@@ -116,8 +138,14 @@ bool sampleBsdf(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi, OUT(float
         return single > 0.0;
     }
     if (HAS_CLEAR_COAT(s)) {
-        float coat = clearCoatProbability(s, cosO);
-        if (u.z < coat) return sampleClearCoat(s, n, wo, u, wi);
+        vec3 coatN = n;
+        float coatO = cosO;
+        if (HAS_COAT_NORMAL(s)) {
+            coatN = facing(s.coatNormal, wo);
+            coatO = accurateDot(coatN, wo);
+        }
+        float coat = clearCoatProbability(s, cosO, coatO);
+        if (u.z < coat) return sampleClearCoat(s, coatN, wo, u, wi);
         u.z = (u.z - coat) / (1.0 - coat);
     }
     if (HAS_SHEEN(s)) {

@@ -18,6 +18,7 @@ struct Surface {
     float lobe[kLobeSlots] ZEROED; // the LOBE_SLOTs, as far as the material has them
     vec3 tangent ZEROED; // of anisotropic microfacets: the direction of alpha_t, before the normal is taken off it
     vec3 sheenColor ZEROED; // [0,1]
+    vec3 coatNormal ZEROED; // of a clear coat with normals of its own, unit; zero: it has those of what is below
 };
 
 // Derivatives of f |cos| per colour channel, by place: kAtBaseColor ... where the slot is differentiated (kDiffBaseColor ...).

@@ -56,6 +56,7 @@ const bool kBeckmann = (kModels & kModelsBeckmann) != 0;
 const bool kGgx = (kModels & kModelsGgx) != 0;
 const bool kAbsorbing = (kModels & kModelsAbsorbing) != 0;
 const bool kOneSided = (kModels & kModelsOneSided) != 0;
+const bool kCoatNormals = (kModels & kModelsCoatNormals) != 0;
 const bool kSpecularColor = (kModels & (1u << kModelDielectric | 1u << kModelThinDielectric | 1u << kModelPlastic)) != 0; // some specular slot is RGB
 const bool kForward = kMode == kModeForward;
 const bool kReverse = kMode == kModeReverse;

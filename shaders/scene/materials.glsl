@@ -24,6 +24,17 @@ vec3 anisotropyDirection(SurfacePoint p) {
     return length2 > 1e-8 ? frame * vec3(d * inversesqrt(length2), 0.0) : frame[0];
 }
 
+// Of a clear coat with normals of its own, unit; zero: it has those of what is below.
+vec3 clearCoatNormal(SurfacePoint p) {
+    const uint place = slotTexel((p.material * kSlotsPerMaterial + kSlotClearcoat) * kSlotTexels + 2).w;
+    if (place == kNone) return vec3(0);
+    const SlotAddress a = slotAddressAt(place, p.uv0, p.uv1);
+    vec2 n = vec2(0);
+    for (uint k = 0; k < 4; ++k) n += a.texels.weight[k] * unpackSnorm2x16(packedTexel(a.offset + a.texels.index[k]));
+    const mat3 frame = tangentFrame(p, kTexcoord1 && (a.flags & kSlotTexcoord1) != 0);
+    return normalize(frame * vec3(n, sqrt(max(1.0 - dot(n, n), 0.0))));
+}
+
 // The unit tangent-space normal is t/|t|; world normal = frame * t/|t|.
 SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint frozenTexels) {
     const uint at = (p.material + frozenMaterials) * kMaterialTexels;
@@ -75,6 +86,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
         m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, frozenTexels).x;
         m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, frozenTexels);
     }
+    if (kCoatNormals && HAS_CLEAR_COAT(m.surface)) m.surface.coatNormal = clearCoatNormal(p);
     if (kColors) {
         m.colorFactor = p.color.xyz;
         m.surface.baseColor *= m.colorFactor;

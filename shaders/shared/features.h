@@ -38,6 +38,7 @@ CMPG_CONST kModelsRoughDielectric = 0x400u;
 CMPG_CONST kModelsBeckmann = 0x800u; // some rough boundary has Beckmann's microfacets
 CMPG_CONST kModelsGgx = 0x1000u; // some has GGX's
 CMPG_CONST kModelsAbsorbing = 0x4000u; // some dielectric absorbs light in its interior
+CMPG_CONST kModelsCoatNormals = 0x8000u; // some clear coat has normals of its own
 CMPG_CONST kModelsOneSided = 0x2000u; // some surface, of whatever model, is black from behind
 CMPG_CONST kFeatureSpotsByAngle = 28; // some spot falls off with the angle
 CMPG_CONST kFeatureAttributeTexels = 29; // vec4s a vertex

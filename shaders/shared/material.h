@@ -69,7 +69,8 @@ struct GpuSlot {
     vec4 uvMatrix; // u' = x u + z v + translation.x, v' = y u + w v + translation.y
     vec2 uvTranslation;
     uint gradient; // first entry among the gradient sums; kNone when not differentiated
-    uint other; // of a weight slot: the second material; of an anisotropy slot: the place of the directions in this table, kNone: along the tangent
+    uint other; // of a weight slot: the second material; of an anisotropy slot: the place of the directions in this table, kNone: along the tangent;
+    // of a clearcoat slot: the place of the coat's own normals, kNone: those of what is below
     vec4 packedScale; // value = scale * decoded + bias, packed slots only
     vec4 packedBias;
 };

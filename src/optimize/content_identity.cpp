@@ -55,6 +55,8 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
         if (m.oneSided || m.coverage || m.absorption != glm::vec3(0))
             d.add(m.oneSided).add(m.coverage).add(m.absorption);
+        if (m.anisotropyDirection != ~0u || hasClearcoatNormals(m))
+            d.add(m.anisotropyDirection).add(m.clearcoatNormals);
         if (m.blendWith != kNoMaterial)
             d.add(m.blendWith).add(m.parameters[std::size_t(SlotKind::Weight)]);
         if (hasSheen(m))
@@ -62,6 +64,8 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
     }
     for (const AlphaTexture& a : scene.alphaTextures)
         d.add(a.width).add(a.height).add(a.texcoord).add(a.wrapU).add(a.wrapV).add(a.nearest).add(a.uvTransform).add(a.alpha);
+    for (const DirectionTexture& t : scene.directionTextures)
+        d.add(t.width).add(t.height).add(t.texcoord).add(t.wrapU).add(t.wrapV).add(t.nearest).add(t.uvTransform).add(t.directions);
     std::string text = d.text();
     Digest others;
     for (std::uint32_t p = 0; p < scene.parameters.size(); ++p)

@@ -61,12 +61,15 @@ void SceneBuffers::chooseMaterials() {
         alphaTexturesUp_.push_back(material.alphaTexture);
     }
     directionSlot_.assign(scene_.directionTextures.size(), gpu::kNone);
-    for (const std::uint32_t m : materialsUp_) {
-        const std::uint32_t direction = scene_.materials[m].anisotropyDirection;
-        if (direction == ~0u || !isLookedUp(m, std::uint32_t(SlotKind::Anisotropy)) || directionSlot_[direction] != gpu::kNone)
-            continue;
+    const auto keepDirections = [&](std::uint32_t direction, std::uint32_t m, SlotKind kind) {
+        if (direction == ~0u || !isLookedUp(m, std::uint32_t(kind)) || directionSlot_[direction] != gpu::kNone)
+            return;
         directionSlot_[direction] = std::uint32_t(materialsUp_.size() * gpu::kSlotsPerMaterial + alphaTexturesUp_.size() + directionTexturesUp_.size());
         directionTexturesUp_.push_back(direction);
+    };
+    for (const std::uint32_t m : materialsUp_) {
+        keepDirections(scene_.materials[m].anisotropyDirection, m, SlotKind::Anisotropy);
+        keepDirections(scene_.materials[m].clearcoatNormals, m, SlotKind::Clearcoat);
     }
 }
 
@@ -227,6 +230,8 @@ void SceneBuffers::uploadSlots(Device& device) {
             place(s, p.uvTransform);
             if (const std::uint32_t other = scene_.materials[materialsUp_[m]].blendWith; SlotKind(k) == SlotKind::Weight && other != kNoMaterial)
                 s.other = materialPlace_[other];
+            if (const Material& material = scene_.materials[materialsUp_[m]]; SlotKind(k) == SlotKind::Clearcoat && hasClearcoatNormals(material))
+                s.other = directionSlot_[material.clearcoatNormals];
             if (SlotKind(k) == SlotKind::Anisotropy) {
                 const Material& material = scene_.materials[materialsUp_[m]];
                 const std::uint32_t direction = material.anisotropyDirection;

@@ -25,10 +25,12 @@ namespace {
 constexpr std::uint32_t kLightCandidates = 8, kMixedCandidates = 4;
 constexpr std::uint32_t kEverySlot = (1u << kMaterialSlots) - 1;
 constexpr std::uint32_t kEveryModel = ((1u << (std::uint32_t(SurfaceModel::Plastic) + 1)) - 1) | gpu::kModelsSmooth | gpu::kModelsRoughReflection | gpu::kModelsRoughDielectric |
-                                      gpu::kModelsBeckmann | gpu::kModelsGgx | gpu::kModelsOneSided |
+                                      gpu::kModelsBeckmann | gpu::kModelsGgx | gpu::kModelsOneSided | gpu::kModelsCoatNormals |
                                       gpu::kModelsAbsorbing;
 
-bool needsTangents(std::uint32_t slots) { return (slots >> gpu::kSlotNormal & 1u) || (slots >> gpu::kSlotAnisotropy & 1u); }
+bool needsTangents(std::uint32_t slots, std::uint32_t models) {
+    return (slots >> gpu::kSlotNormal & 1u) || (slots >> gpu::kSlotAnisotropy & 1u) || (models & gpu::kModelsCoatNormals) != 0;
+}
 
 struct Analysis {
     const Scene& scene;
@@ -89,6 +91,8 @@ struct Analysis {
                 f.texcoord1 |= p.texcoord == 1;
             }
         }
+        if (hasClearcoatNormals(m))
+            f.texcoord1 |= scene.directionTextures[m.clearcoatNormals].texcoord == 1;
         if (m.alphaMask && m.alphaTexture != ~0u) { // which is always packed
             f.packedTextures = true;
             f.texcoord1 |= scene.alphaTextures[m.alphaTexture].texcoord == 1;
@@ -108,7 +112,7 @@ struct Analysis {
     }
 
     void addModel(const Material& m) {
-        f.models |= 1u << std::uint32_t(m.model) | (m.oneSided ? gpu::kModelsOneSided : 0) | (m.absorption != glm::vec3(0) ? gpu::kModelsAbsorbing : 0);
+        f.models |= 1u << std::uint32_t(m.model) | (hasClearcoatNormals(m) ? gpu::kModelsCoatNormals : 0) | (m.oneSided ? gpu::kModelsOneSided : 0) | (m.absorption != glm::vec3(0) ? gpu::kModelsAbsorbing : 0);
         if (m.model == SurfaceModel::MetallicRoughness) return;
         if (isSmooth(m)) {
             f.models |= gpu::kModelsSmooth;
@@ -178,7 +182,7 @@ struct Analysis {
         f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
         f.texcoord1 = f.texcoord1 && !g.uv1.empty();
         f.colors = !g.colors.empty();
-        f.tangents = needsTangents(f.texturedSlots) && !g.tangents.empty();
+        f.tangents = needsTangents(f.texturedSlots, f.models) && !g.tangents.empty();
     }
 
     void turnEverythingOn(bool lightSampling) {
@@ -296,7 +300,7 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureModels] = s.models;
     c[gpu::kFeatureTextures] = s.texturedSlots | (lightSampling() ? texturedSlots & 1u << gpu::kSlotEmission : 0); // that of lights is sampled from anywhere
     c[gpu::kFeatureVertexNormals] = s.vertexNormals;
-    c[gpu::kFeatureTangents] = tangents && needsTangents(s.texturedSlots);
+    c[gpu::kFeatureTangents] = tangents && needsTangents(s.texturedSlots, s.models);
     c[gpu::kFeatureEmission] = s.emission;
     c[gpu::kFeatureClassDifferentiated] = s.differentiated;
     return c;
@@ -354,6 +358,7 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"specular lobe", text(specular)},
         {"dielectrics, conductors and plastics", modelNames().empty() ? "off" : modelNames()},
         {"absorbing interiors", text(models & gpu::kModelsAbsorbing)},
+        {"normals of clear coats", text(models & gpu::kModelsCoatNormals)},
         {"surfaces black from behind", text(models & gpu::kModelsOneSided)},
         {"blends of materials", text(texturedSlots >> std::uint32_t(SlotKind::Weight) & 1u)},
         {"packed textures", text(packedTextures)},

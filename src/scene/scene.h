@@ -108,6 +108,9 @@ struct Material {
     // Where there is an anisotropy slot: its direction in tangent space by place; ~0u: along the tangent. Into Scene::directionTextures.
     std::uint32_t anisotropyDirection = ~0u;
 
+    // Where there is a clear coat: its own normals in tangent space by place; ~0u: those of what is below. Into Scene::directionTextures.
+    std::uint32_t clearcoatNormals = ~0u;
+
     bool anisotropyByAspect = false; // MetallicRoughness: alphas are alpha / a and alpha a, a = sqrt(1 - 0.9 anisotropy), not those of KHR_materials_anisotropy
 
     // A blend: light meets the material `blendWith` in place of this one with the probability of the weight slot, which both have then; the mean over
@@ -134,6 +137,8 @@ inline bool hasAnisotropy(const Material& m) {
     return m.parameters[std::size_t(SlotKind::Anisotropy)] != kNoParameter && !isSmooth(m) && m.model != SurfaceModel::Plastic;
 }
 
+inline bool hasClearcoatNormals(const Material& m) { return m.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter && m.clearcoatNormals != ~0u; }
+
 // Of both slots: only over metallic-roughness.
 inline bool hasSheen(const Material& m) { return m.model == SurfaceModel::MetallicRoughness && m.parameters[std::size_t(SlotKind::SheenColor)] != kNoParameter; }
 
@@ -149,7 +154,8 @@ struct AlphaTexture {
     std::vector<std::uint8_t> alpha;
 };
 
-// The direction in tangent space in which a material's microfacets are rougher. Their lengths say how they mix between texels, and nothing else.
+// Directions in tangent space. In which a material's microfacets are rougher: the lengths say how they mix between texels, and nothing else. Or a clear
+// coat's normals: x and y of unit vectors, whose z is not below 0.
 struct DirectionTexture {
     std::uint32_t width = 1, height = 1, texcoord = 0;
     Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
@@ -168,7 +174,7 @@ struct Geometry {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals; // zero vector: the triangle's geometric normal is used
     std::vector<glm::vec2> uv0, uv1;
-    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: the shader derives them from uvs; filled only where a normal map or an anisotropy needs them
+    std::vector<glm::vec4> tangents; // xyz unit, w = +-1; zero: the shader derives them from uvs; filled only where a normal map, of a coat too, or an anisotropy needs them
     std::vector<glm::vec4> colors;   // linear, multiplies baseColor (alpha multiplies alpha)
     std::vector<Triangle> triangles;
 };
@@ -234,11 +240,13 @@ struct Scene {
     const Camera& camera(const std::string& name) const; // "" = first
 };
 
-// The set of texture coordinates, 0 or 1, that tangents of a material follow where the file has none: of its normal map; without one, of the texture of
-// its anisotropy.
+// The set of texture coordinates, 0 or 1, that tangents of a material follow where the file has none: of its normal map; without one, of that of its
+// clear coat; without that, of the texture of its anisotropy.
 inline std::uint32_t tangentTexcoord(const Scene& scene, const Material& m) {
     if (m.hasNormalMap)
         return scene.parameters[m.parameters[std::size_t(SlotKind::Normal)]].texcoord;
+    if (hasClearcoatNormals(m))
+        return scene.directionTextures[m.clearcoatNormals].texcoord;
     return m.anisotropyDirection != ~0u ? scene.directionTextures[m.anisotropyDirection].texcoord : 0;
 }
 

@@ -141,25 +141,39 @@ void SceneBuilder::addAlphaTexture(Material& material, const RawImage& image, co
     scene.alphaTextures.push_back(std::move(alpha));
 }
 
-void SceneBuilder::addDirectionTexture(Material& material, const RawImage& image, const TextureAddress& address, double rotation) {
+std::uint32_t SceneBuilder::addDirections(const Material& material, const RawImage& image, const TextureAddress& address, const std::function<glm::dvec2(const glm::dvec3&)>& direction) {
     DirectionTexture texture;
     address.apply(texture);
     texture.width = image.width;
     texture.height = image.height;
     addTextureBytes(image.pixels() * sizeof(glm::vec2), material.name);
     texture.directions.resize(image.pixels());
-    const glm::dvec2 x(std::cos(rotation), std::sin(rotation)), y(-x.y, x.x);
     for (std::size_t i = 0; i < image.pixels(); ++i) {
-        glm::dvec2 d;
-        for (std::uint32_t c = 0; c < 2; ++c) {
+        glm::dvec3 v;
+        for (std::uint32_t c = 0; c < 3; ++c) {
             const std::size_t from = i * image.channels + image.channel(c);
             const double code = image.bytes.empty() ? double(image.values[from]) : image.bytes[from] / 255.0;
-            d[int(c)] = std::clamp(2 * code - 1, -1.0, 1.0);
+            v[int(c)] = std::clamp(2 * code - 1, -1.0, 1.0);
         }
-        texture.directions[i] = glm::vec2((d.x * x + d.y * y) / std::numbers::sqrt2); // no coordinate is above 1, however it is turned
+        texture.directions[i] = glm::vec2(direction(v));
     }
-    material.anisotropyDirection = std::uint32_t(scene.directionTextures.size());
     scene.directionTextures.push_back(std::move(texture));
+    return std::uint32_t(scene.directionTextures.size() - 1);
+}
+
+void SceneBuilder::addDirectionTexture(Material& material, const RawImage& image, const TextureAddress& address, double rotation) {
+    const glm::dvec2 x(std::cos(rotation), std::sin(rotation)), y(-x.y, x.x);
+    material.anisotropyDirection = addDirections(material, image, address, [&](const glm::dvec3& d) {
+        return (d.x * x + d.y * y) / std::numbers::sqrt2; // no coordinate is above 1, however it is turned
+    });
+}
+
+void SceneBuilder::addClearcoatNormals(Material& material, const RawImage& image, const TextureAddress& address, float scale) {
+    material.clearcoatNormals = addDirections(material, image, address, [&](const glm::dvec3& v) {
+        const glm::dvec3 n(v.x * double(scale), v.y * double(scale), std::max(v.z, 0.0));
+        const double length = glm::length(n);
+        return length > 1e-6 ? glm::dvec2(n) / length : glm::dvec2(0);
+    });
 }
 
 bool SceneBuilder::setEnvironment(const RawImage& image, float intensity, float rotation) {

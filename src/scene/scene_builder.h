@@ -5,6 +5,7 @@
 #include "scene/image_decode.h"
 #include "scene/scene_file.h"
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -23,6 +24,7 @@ struct TextureAddress {
     bool nearest = false;
     std::uint32_t texcoord = 0;
     glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0};
+    bool operator==(const TextureAddress&) const = default;
 
     // Parameter, AlphaTexture or DirectionTexture.
     template <class Target> void apply(Target& target) const {
@@ -72,6 +74,9 @@ class SceneBuilder {
     // Red and green, from [0, 1] to [-1, 1], turned counter-clockwise by so many radians: the material's direction of anisotropy.
     void addDirectionTexture(Material& material, const RawImage& image, const TextureAddress& address, double rotation);
 
+    // A normal map, x and y times `scale`: the normals of the material's clear coat.
+    void addClearcoatNormals(Material& material, const RawImage& image, const TextureAddress& address, float scale);
+
     // Latitude-longitude; adds its parameter. False: a value times the intensity is too large a number.
     bool setEnvironment(const RawImage& image, float intensity, float rotation);
 
@@ -86,6 +91,9 @@ class SceneBuilder {
     void summarise(const std::vector<std::pair<std::uint64_t, const char*>>& skipped = {});
 
   private:
+    // Of each texel, what `direction` makes of its code, from [0, 1] to [-1, 1]. Returns the place among the scene's.
+    std::uint32_t addDirections(const Material& material, const RawImage& image, const TextureAddress& address, const std::function<glm::dvec2(const glm::dvec3&)>& direction);
+
     std::string name_;
     std::uint64_t textureBytes_ = 0; // of all slots so far
     std::set<std::string> warned_;

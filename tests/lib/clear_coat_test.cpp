@@ -30,13 +30,32 @@ struct CoatedQueries {
     }
 };
 
+// As those, where the coat has normals of its own, a quarter of them any, the others up to 50 degrees from those of the base; a third of the directions to
+// the light are behind the base.
+struct OwnNormalQueries {
+    CoatedQueries coated;
+    std::mt19937 random{43};
+    Query operator()() {
+        Query q = coated();
+        std::normal_distribution<float> normal;
+        const glm::vec3 towards = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+        q.coatNormal = glm::normalize(q.normal + (random() % 4 ? 0.75f : 1.5f) * towards);
+        if (random() % 3 == 0)
+            q.wi -= 2 * glm::dot(q.normal, q.wi) * q.normal;
+        return q;
+    }
+};
+
+glm::dvec3 coatNormalOf(const Query& q) { return glm::normalize(glm::dvec3(q.coatNormal == glm::vec3(0) ? q.normal : q.coatNormal)); }
+
 Query uncoated(Query q) {
     q.model &= ~kCoated;
     return q;
 }
 
 Library::Surface surfaceOf(const Query& q) {
-    return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u, q.model, {q.clearcoat, q.clearcoatRoughness}};
+    return {glm::dvec3(q.baseColor), q.roughness, q.metallic, q.specular, glm::dvec3(q.specularColor), q.ior, ~0u, q.model, {q.clearcoat, q.clearcoatRoughness}, {}, {},
+            q.coatNormal == glm::vec3(0) ? glm::dvec3(0) : coatNormalOf(q)};
 }
 
 // f |cos| with directions that are unit vectors in double precision.
@@ -46,16 +65,17 @@ glm::dvec3 valueOf(const Query& q) {
 }
 
 // README of KHR_materials_clearcoat: f (1 - blend) + coat blend, blend = factor * Schlick(0.04, n.wo), the coat's specular term as that of the base; times |cos|.
+// n is the coat's normal. Base and coat reflect nothing between directions on different sides of their own normals.
 glm::dvec3 textbook(const Query& q) {
-    const glm::dvec3 n = glm::normalize(glm::dvec3(q.normal)), wo = glm::normalize(glm::dvec3(q.wo)), wi = glm::normalize(glm::dvec3(q.wi));
-    const double no = std::abs(glm::dot(n, wo)), ni = std::abs(glm::dot(n, wi));
-    if (glm::dot(n, wo) * glm::dot(n, wi) <= 0)
-        return glm::dvec3(0);
+    const glm::dvec3 wo = glm::normalize(glm::dvec3(q.wo)), wi = glm::normalize(glm::dvec3(q.wi));
+    const glm::dvec3 m = coatNormalOf(q);
+    const double no = std::abs(glm::dot(m, wo)), ni = std::abs(glm::dot(m, wi));
+    const bool reflects = glm::dot(m, wo) * glm::dot(m, wi) > 0;
     const double blend = q.clearcoat * (0.04 + (1 - 0.04) * std::pow(1 - no, 5));
-    const double a2 = std::pow(std::max(double(q.clearcoatRoughness) * q.clearcoatRoughness, 1e-3), 2), nh = glm::dot(n, glm::normalize(wo + wi));
+    const double a2 = std::pow(std::max(double(q.clearcoatRoughness) * q.clearcoatRoughness, 1e-3), 2), nh = glm::dot(m, glm::normalize(wo + wi));
     const double distribution = a2 / (glm::pi<double>() * std::pow(nh * nh * (a2 - 1) + 1, 2));
     const auto masking = [&](double c) { return 2 * c / (c + std::sqrt(a2 + (1 - a2) * c * c)); };
-    const double coat = distribution * masking(no) * masking(ni) / (4 * no);
+    const double coat = !reflects ? 0 : distribution * masking(no) * masking(ni) / (4 * no);
     return valueOf(uncoated(q)) * (1 - blend) + glm::dvec3(coat * blend);
 }
 
@@ -69,10 +89,39 @@ TEST(ClearCoat, IsWhatTheExtensionSays) {
     }
 }
 
-TEST(ClearCoat, FloatAgreesWithDouble) {
-    CoatedQueries generate{QueryGenerator(32, 1e-2)};
+TEST(ClearCoat, HasNormalsOfItsOwn) {
+    OwnNormalQueries generate{CoatedQueries{QueryGenerator(34, 0.05)}};
+    int behind = 0, coatAlone = 0;
     for (int i = 0; i < 100000; ++i) {
         const Query q = generate();
+        const glm::dvec3 found = valueOf(q), expected = textbook(q);
+        const double no = glm::dot(glm::dvec3(q.coatNormal), glm::dvec3(q.wo)), ni = glm::dot(glm::dvec3(q.coatNormal), glm::dvec3(q.wi));
+        if (std::min(std::abs(no), std::abs(ni)) < 1e-3) // where the smallest cosine is cut
+            continue;
+        behind += no * ni < 0;
+        coatAlone += no * ni > 0 && expected != glm::dvec3(0) && valueOf(uncoated(q)) == glm::dvec3(0) && glm::dot(q.normal, q.wo) * glm::dot(q.normal, q.wi) < 0;
+        for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(found[c], expected[c], 1e-8 * (expected[c] + 1e-12)) << i;
+    }
+    EXPECT_GT(behind, 3000);
+    EXPECT_GT(coatAlone, 3000);
+    // The base's normal again.
+    Query q = QueryGenerator(34, 0.05)();
+    q.model |= kCoated;
+    q.clearcoat = 0.7f;
+    q.clearcoatRoughness = 0.4f;
+    q.coatNormal = q.normal;
+    const glm::dvec3 same = valueOf(q);
+    q.coatNormal = glm::vec3(0);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(valueOf(q)[c], same[c], 1e-12 * same[c]);
+}
+
+template <class Generate> void expectFloatAgrees(Generate generate) {
+    for (int i = 0; i < 100000; ++i) {
+        const Query q = generate();
+        const double ownO = std::abs(glm::dot(coatNormalOf(q), glm::dvec3(q.wo))), ownI = std::abs(glm::dot(coatNormalOf(q), glm::dvec3(q.wi)));
+        if (std::min(ownO, ownI) < 1e-2) // as of the base
+            continue;
         const Evaluation f = evaluateFloat(q), d = evaluateDouble(q);
         const double alpha = std::max(double(q.clearcoatRoughness) * q.clearcoatRoughness, 1e-3);
         ASSERT_NEAR(f.pdf, d.pdf, 1e-4 * d.pdf) << i;
@@ -86,9 +135,8 @@ TEST(ClearCoat, FloatAgreesWithDouble) {
     }
 }
 
-TEST(ClearCoat, DerivativesAgreeWithCentralDifferences) {
+template <class Generate> void expectCentralDifferences(Generate generate) {
     Library library;
-    CoatedQueries generate{QueryGenerator(33, 2e-2)};
     int compared = 0;
     for (int i = 0; i < 10000; ++i) {
         const Query q = generate();
@@ -116,6 +164,12 @@ TEST(ClearCoat, DerivativesAgreeWithCentralDifferences) {
     }
     EXPECT_GT(compared, 7000);
 }
+
+TEST(ClearCoat, FloatAgreesWithDouble) { expectFloatAgrees(CoatedQueries{QueryGenerator(32, 1e-2)}); }
+TEST(ClearCoat, FloatAgreesWithDoubleUnderOwnNormals) { expectFloatAgrees(OwnNormalQueries{CoatedQueries{QueryGenerator(36, 1e-2)}}); }
+
+TEST(ClearCoat, DerivativesAgreeWithCentralDifferences) { expectCentralDifferences(CoatedQueries{QueryGenerator(33, 2e-2)}); }
+TEST(ClearCoat, DerivativesAgreeWithCentralDifferencesUnderOwnNormals) { expectCentralDifferences(OwnNormalQueries{CoatedQueries{QueryGenerator(35, 2e-2)}}); }
 
 Query coatOver(float metallic, float factor, float roughness, float cosine, const glm::vec3& baseColor) {
     Query q;
@@ -150,10 +204,41 @@ TEST(ClearCoat, DirectionsFollowTheirDensity) {
     EXPECT_EQ(cases, 24);
 }
 
+// The coat's normal is tilted towards where the path came from and away from it, until the coat reflects behind the base. 12 cases, as above.
+TEST(ClearCoat, DirectionsFollowTheirDensityUnderOwnNormals) {
+    int cases = 0;
+    for (const float metallic : {0.0f, 1.0f})
+        for (const float tilt : {0.5f, -0.5f, -1.2f})
+            for (const float cosine : {0.8f, 0.3f}) {
+                Query q = coatOver(metallic, 0.8f, 0.45f, cosine, glm::vec3(0.3f, 0.8f, 0.1f));
+                q.coatNormal = {std::sin(tilt), 0, std::cos(tilt)};
+                double integral = 0;
+                const double significance = significanceOfDirections(q, meshFor(q), std::uint32_t(600 + cases++), integral, true);
+                ASSERT_LE(integral, 1 + 1e-4);
+                EXPECT_GE(significance, 0.01 / 12) << "metallic " << metallic << " tilt " << tilt << " cosine " << cosine;
+            }
+    EXPECT_EQ(cases, 12);
+}
+
 // Under a uniform sky: a smooth coat over a white diffuse base returns what arrives, a rough one less, never more.
 TEST(ClearCoat, ReflectsAtMostWhatArrives) {
     for (const float roughness : {0.0f, 0.3f, 1.0f})
         for (const float cosine : {1.0f, 0.3f, 0.05f}) {
+            for (const float tilt : {0.5f, -0.5f}) {
+                Query q = coatOver(0, 1, roughness, cosine, glm::vec3(1));
+                q.coatNormal = {std::sin(tilt), 0, std::cos(tilt)};
+                const glm::vec3 mirrored = 2 * glm::dot(q.coatNormal, q.wo) * q.coatNormal - q.wo;
+                const double alpha = std::max(double(roughness) * roughness, 1e-3);
+                const HemisphereMesh mesh(glm::dvec3(mirrored.x, mirrored.y, std::abs(mirrored.z)), 0.5 * alpha, 0.5 * alpha * cosine);
+                double reflected = 0;
+                for (const double side : {1.0, -1.0})
+                    for (const double part : mesh.integrate([&](const glm::dvec3& wi) {
+                             q.wi = glm::vec3(wi.x, wi.y, side * wi.z);
+                             return evaluateDouble(q).value.x;
+                         }))
+                        reflected += part;
+                EXPECT_LE(reflected, 1 + 1e-3) << "roughness " << roughness << " cosine " << cosine << " tilt " << tilt;
+            }
             Query q = coatOver(0, 1, roughness, cosine, glm::vec3(1));
             const std::vector<double> parts = meshFor(q).integrate([&](const glm::dvec3& wi) {
                 q.wi = glm::vec3(wi);

@@ -20,6 +20,7 @@ struct Query {
     glm::vec3 tangent{1, 0, 0};
     float sheenRoughness = 0; // where the model has its bit
     glm::vec3 sheenColor{0};
+    glm::vec3 coatNormal{0}; // zero: the coat's is `normal`
 };
 
 struct Evaluation {

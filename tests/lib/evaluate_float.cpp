@@ -17,6 +17,6 @@ bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi) 
 bool cmpg::test::sampleFloat(const Query& q, const glm::vec3& u, glm::vec3& wi, float& single) {
     shader_float::ShaderLibrary library;
     const shader_float::ShaderLibrary::Surface surface{q.baseColor, q.roughness, q.metallic, q.specular, q.specularColor, q.ior, ~0u, q.model,
-                                                       {q.clearcoat, q.clearcoatRoughness, q.anisotropy, q.sheenRoughness}, q.tangent, q.sheenColor};
+                                                       {q.clearcoat, q.clearcoatRoughness, q.anisotropy, q.sheenRoughness}, q.tangent, q.sheenColor, q.coatNormal};
     return library.sampleBsdf(surface, q.normal, q.wo, u, wi, single);
 }

@@ -43,6 +43,66 @@ INSTANTIATE_TEST_SUITE_P(Slots, ClearCoatDerivative, testing::Values("*.clearcoa
     return name;
 });
 
+// As that, where the coat over the normal map is smooth and another one has a normal of its own.
+Scene ownNormals() {
+    Scene scene = coatedScene();
+    for (Material& m : scene.materials)
+        if (m.name == "wavy")
+            addClearcoatNormal(scene, m, {0, 0});
+        else if (m.name == "varied")
+            addClearcoatNormal(scene, m, {0.3f, -0.2f});
+    return scene;
+}
+
+class OwnNormalDerivative : public testing::TestWithParam<std::string> {};
+
+TEST_P(OwnNormalDerivative, ForwardAgreesWithReverse) { expectForwardAgreesWithReverse(Bench(ownNormals(), {GetParam()})); }
+
+TEST_P(OwnNormalDerivative, FrozenFiniteDifferencesPerPixel) {
+    RenderConfig config;
+    config.frozenEvaluation = true;
+    config.maxDepth = 4;
+    expectFrozenDifferences(Bench(ownNormals(), {GetParam()}, config), GetParam() == "*.clearcoat" ? 2e-2f : 2e-3f);
+}
+
+INSTANTIATE_TEST_SUITE_P(Slots, OwnNormalDerivative, testing::Values("*.clearcoat", "*.clearcoatRoughness", "*.normal"), [](const auto& slot) {
+    std::string name = slot.param;
+    std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+    return name;
+});
+
+// A coat whose own normals are those of the surface looks like one that shares them; one without waves does not.
+TEST(ClearCoat, OwnNormalsOfTheSurfaceAreTheSame) {
+    const auto imageOf = [](Scene scene) {
+        Bench s(std::move(scene), {});
+        return s.renderer->render(viewOf(s.scene, 24, 24), 16, {3, 0, 0});
+    };
+    Scene scene = coatedScene();
+    Material& wavy = *std::find_if(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.name == "wavy"; });
+    Parameter& normal = scene.parameters[wavy.parameters[std::size_t(SlotKind::Normal)]];
+    normal.materialise();
+    normal.nearest = true; // between texels the two interpolate differently
+    scene.parameters[wavy.parameters[std::size_t(SlotKind::Clearcoat)]].values = {1};
+    const Image shared = imageOf(scene);
+    addClearcoatNormal(scene, wavy, {0, 0});
+    const Image smooth = imageOf(scene);
+    DirectionTexture& own = scene.directionTextures.back();
+    own = {.width = normal.width, .height = normal.height, .texcoord = normal.texcoord, .wrapU = normal.wrapU, .wrapV = normal.wrapV, .nearest = true, .uvTransform = normal.uvTransform, .directions = {}};
+    for (std::size_t i = 0; i < normal.values.size(); i += 3)
+        own.directions.push_back(glm::vec2(glm::normalize(glm::vec3(normal.values[i], normal.values[i + 1], normal.values[i + 2]))));
+    const Image same = imageOf(scene);
+    const auto off = [&](const Image& image) {
+        double difference = 0, size = 0;
+        for (std::size_t i = 0; i < image.values.size(); ++i) {
+            difference += std::abs(double(image.values[i]) - shared.values[i]);
+            size += std::abs(shared.values[i]);
+        }
+        return difference / size;
+    };
+    EXPECT_LT(off(same), 1e-4);
+    EXPECT_GT(off(smooth), 1e-3);
+}
+
 // A closed white box under a smooth coat keeps all light: over D segments L = D Le.
 TEST(ClearCoat, WhiteFurnace) {
     Scene scene = bundledScene("furnace");
@@ -70,6 +130,8 @@ TEST(ClearCoat, OnlyWhereAMaterialHasOne) {
     EXPECT_EQ(analyse(plain, {}).texturedSlots & bits, 0u);
     EXPECT_EQ(analyse(coatedScene(), {}).texturedSlots & bits, bits);
     EXPECT_THROW(plain.select("*.clearcoat"), Error);
+    EXPECT_EQ(analyse(coatedScene(), {}).models & gpu::kModelsCoatNormals, 0u);
+    EXPECT_EQ(analyse(ownNormals(), {}).models & gpu::kModelsCoatNormals, gpu::kModelsCoatNormals);
 }
 
 } // namespace

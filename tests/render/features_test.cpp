@@ -78,6 +78,17 @@ TEST(Features, SameBitsSheen) {
         }
     compareWithEverything(scene, {"varied.sheenColor", "*.sheenRoughness", "varied.baseColor"});
 }
+// A coat with a normal of its own beside one that shares that of its surface.
+TEST(Features, SameBitsCoatNormals) {
+    Scene scene = bundledScene("materials");
+    for (Material& m : scene.materials)
+        if (m.name == "wavy" || m.name == "brass") {
+            addClearCoat(scene, m, 0.6f, 0.3f);
+            if (m.name == "brass")
+                addClearcoatNormal(scene, m, {0.2f, 0.1f});
+        }
+    compareWithEverything(scene, {"*.clearcoat", "wavy.normal"});
+}
 TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
 
 // Guided in both: with a guide that learned alike, and drawn from it.

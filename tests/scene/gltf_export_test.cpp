@@ -193,6 +193,33 @@ TEST(GltfExport, ClearCoatLoadsBack) {
     expectSame(s, loadScene(out / "scene.gltf"));
 }
 
+// A coat's own normals stay as they are; those that it shares with the surface change with them.
+TEST(GltfExport, NormalsOfClearCoatsLoadBack) {
+    Fixture f;
+    const Json map = {{"index", 0}, {"texCoord", 1}};
+    for (const bool shared : {false, true}) {
+        Json& material = f.w.json["materials"][1];
+        material = {{"name", "plain"}, {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0.5}, {"clearcoatNormalTexture", map}}}}}};
+        material["normalTexture"] = shared ? map : Json{{"index", 0}, {"scale", 0.5}};
+        Scene s = loadScene(f.w.write(f.folder));
+        ASSERT_EQ(hasClearcoatNormals(s.materials[1]), !shared);
+        std::vector<std::uint32_t> changed;
+        for (const char* name : {"plain.normal", "plain.clearcoat"}) {
+            changed.push_back(s.parameter(name));
+            change(s.parameters[changed.back()]);
+        }
+        const TempFolder out;
+        exportScene(s, changed, out.path());
+        const Scene back = loadScene(out / "scene.gltf");
+        expectSame(s, back);
+        ASSERT_EQ(hasClearcoatNormals(back.materials[1]), !shared);
+        ASSERT_EQ(back.directionTextures.size(), s.directionTextures.size());
+        if (!shared) {
+            EXPECT_EQ(back.directionTextures[0].directions, s.directionTextures[0].directions);
+        }
+    }
+}
+
 // Both are read from one image, and become two.
 TEST(GltfExport, SheenLoadsBack) {
     Fixture f;

@@ -67,6 +67,42 @@ TEST(GltfMaterials, ConstantFactors) {
     EXPECT_FALSE(warned(s, "not rendered"));
 }
 
+// (1, -0.6, -1), whose z is taken for 0, and (0, 0, 1).
+TEST(GltfMaterials, ClearCoatsHaveNormalsOfTheirOwn) {
+    Fixture f;
+    const std::size_t t = f.png("coat.png", 2, 1, 3, {255, 51, 0, 127, 127, 255});
+    primitive(f.w)["attributes"]["NORMAL"] = f.w.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    Json& coat = f.material["extensions"]["KHR_materials_clearcoat"];
+    coat = {{"clearcoatFactor", 0.5}, {"clearcoatNormalTexture", {{"index", t}, {"scale", 0.5}}}};
+    const Scene s = f.load();
+    ASSERT_TRUE(hasClearcoatNormals(s.materials[0]));
+    const DirectionTexture& own = s.directionTextures.at(s.materials[0].clearcoatNormals);
+    ASSERT_EQ(own.directions.size(), 2u);
+    EXPECT_LT(glm::distance(own.directions[0], glm::normalize(glm::vec2(1, -0.6f))), 1e-6f);
+    EXPECT_LT(glm::length(own.directions[1]), 4e-3f);
+    EXPECT_EQ(s.geometry.tangents.size(), 3u);
+
+    f.material["normalTexture"] = {{"index", t}};
+    EXPECT_TRUE(hasClearcoatNormals(f.load().materials[0])) << "another scale";
+    coat["clearcoatNormalTexture"].erase("scale");
+    EXPECT_FALSE(hasClearcoatNormals(f.load().materials[0])) << "those of the surface";
+    coat["clearcoatNormalTexture"]["texCoord"] = 1;
+    EXPECT_TRUE(hasClearcoatNormals(f.load().materials[0])) << "at another place";
+
+    // The extension: without a texture of its own the coat has no normal map.
+    coat.erase("clearcoatNormalTexture");
+    const Scene smooth = f.load();
+    ASSERT_TRUE(hasClearcoatNormals(smooth.materials[0]));
+    EXPECT_EQ(smooth.directionTextures.at(smooth.materials[0].clearcoatNormals).directions, std::vector<glm::vec2>{glm::vec2(0)});
+    f.material.erase("normalTexture");
+    EXPECT_FALSE(hasClearcoatNormals(f.load().materials[0]));
+
+    for (const Json& bad : {Json{{"index", 7}}, Json{{"index", -1}}, Json{{"texCoord", 0}}, Json{{"index", t}, {"scale", 1e30}}, Json{{"index", t}, {"texCoord", "0"}}}) {
+        coat["clearcoatNormalTexture"] = bad;
+        EXPECT_THROW(f.load(), Error) << bad.dump();
+    }
+}
+
 TEST(GltfMaterials, ClearCoat) {
     Fixture f;
     const std::size_t t = f.png("coat.png", 2, 1, 3, {255, 51, 0, 0, 102, 9});
@@ -78,13 +114,13 @@ TEST(GltfMaterials, ClearCoat) {
     expectValues(valuesOf(s, "wall.clearcoat"), {0.5f, 0});
     expectValues(valuesOf(s, "wall.clearcoatRoughness"), {0.75f * 0.2f, 0.75f * 0.4f});
     EXPECT_FALSE(warned(s, "not rendered"));
-
-    f.material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatNormalTexture", {{"index", t}}}};
+    EXPECT_FALSE(hasClearcoatNormals(s.materials[0]));
+    f.material["extensions"]["KHR_materials_clearcoat"] = Json::object();
+    primitive(f.w)["attributes"]["NORMAL"] = f.w.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
     f.material["emissiveFactor"] = {1, 1, 1};
     const Scene plain = f.load();
     expectValues(valuesOf(plain, "wall.clearcoat"), {0});
     expectValues(valuesOf(plain, "wall.clearcoatRoughness"), {0});
-    EXPECT_TRUE(warned(plain, "normals of what is below"));
     EXPECT_TRUE(warned(plain, "as if there were none"));
 
     f.material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 2}};

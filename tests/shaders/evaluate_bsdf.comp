@@ -16,6 +16,7 @@ const bool kRoughReflection = false;
 const bool kBeckmann = false;
 const bool kGgx = true;
 const bool kOneSided = true;
+const bool kCoatNormals = false;
 #define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kDiff##Name = true;
 #include "shared/slots.def"
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) const bool kTextured##Name = false;
@@ -38,6 +39,7 @@ struct Query {
     vec3 tangent;
     float sheenRoughness;
     vec3 sheenColor;
+    vec3 coatNormal;
 };
 
 struct Result {

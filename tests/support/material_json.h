@@ -44,6 +44,12 @@ inline void addSheen(Scene& scene, Material& m, const glm::vec3& color, float ro
     }
 }
 
+// Gives the material's clear coat one normal everywhere, of which x and y are given.
+inline void addClearcoatNormal(Scene& scene, Material& m, const glm::vec2& normal) {
+    m.clearcoatNormals = std::uint32_t(scene.directionTextures.size());
+    scene.directionTextures.emplace_back().directions = {normal};
+}
+
 // Makes the material's microfacets anisotropic, along the tangent turned counter-clockwise by so many radians.
 inline void addAnisotropy(Scene& scene, Material& m, float strength, float rotation) {
     m.parameters[std::size_t(SlotKind::Anisotropy)] = std::uint32_t(scene.parameters.size());

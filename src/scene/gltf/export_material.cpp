@@ -172,6 +172,8 @@ void MaterialExporter::normal() {
     }
     setTexture(json_, "normalTexture", p.name, p, pixels, 3);
     json_["normalTexture"].erase("scale");
+    if (material_.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter && !hasClearcoatNormals(material_)) // the coat shares them
+        extension("KHR_materials_clearcoat")["clearcoatNormalTexture"] = json_["normalTexture"];
 }
 
 // The image has the value in all channels, so whichever the slot is read from; but of anisotropy, whose directions stay.

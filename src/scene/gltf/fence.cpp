@@ -94,6 +94,7 @@ void checkMaterial(const JsonView& material, const JsonView& root) {
             factor.number(0, 1);
         checkTexture(extensions[slot.extension][slot.texture], root);
     }
+    checkTexture(extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], root);
     extensions["KHR_materials_anisotropy"]["anisotropyRotation"].number();
     extensions["KHR_materials_ior"]["ior"].number(0);
     extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(0);

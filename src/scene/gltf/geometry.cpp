@@ -95,7 +95,7 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     const bool anisotropic = hasAnisotropy(surface);
     const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
     const AccessorValues colors = attribute("COLOR_0", 3, 4);
-    const bool needsTangents = (surface.hasNormalMap || anisotropic) && normals.count;
+    const bool needsTangents = (surface.hasNormalMap || hasClearcoatNormals(surface) || anisotropic) && normals.count;
     const AccessorValues tangents = needsTangents ? attribute("TANGENT", 4, 4) : AccessorValues{};
     const AccessorValues& uvs = tangentTexcoord(load.scene, surface) == 1 ? uv1 : uv0;
     const std::vector<glm::vec4> made = needsTangents && !tangents.count && uvs.count ? makeTangents(positions, normals, uvs, list) : std::vector<glm::vec4>();

@@ -24,6 +24,7 @@ class MaterialLoader {
     void addTransmission(const tinygltf::Material& source, Material& material);
     void addLobes(const tinygltf::Material& source, Material& material);
     void addDirection(const tinygltf::Value& anisotropy, Material& material);
+    void addClearcoatNormals(const tinygltf::Material& source, Material& material);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -107,6 +108,7 @@ void MaterialLoader::addTransmission(const tinygltf::Material& source, Material&
     glass.model = modelOf(source, material.name);
     for (const SlotKind kind : {SlotKind::Clearcoat, SlotKind::ClearcoatRoughness, SlotKind::SheenRoughness, SlotKind::SheenColor})
         glass.parameters[std::size_t(kind)] = kNoParameter;
+    glass.clearcoatNormals = ~0u;
     glass.alphaMask = glass.coverage = false;
     glass.alphaTexture = ~0u;
     makeGlass(glass);
@@ -168,6 +170,22 @@ void MaterialLoader::addDirection(const tinygltf::Value& anisotropy, Material& m
         load_.addDirectionTexture(material, RawImage{1, 1, 3, {}, {1, 0.5f, 0}, true}, {}, rotation);
 }
 
+// Without a texture of its own the coat lies on the surface as it is without its normal map. Where both have the same, the coat shares the surface's normals,
+// which takes one look-up and has a derivative.
+void MaterialLoader::addClearcoatNormals(const tinygltf::Material& source, Material& material) {
+    const tinygltf::Value& info = member(extension(source.extensions, "KHR_materials_clearcoat"), "clearcoatNormalTexture");
+    const float scale = real(member(info, "scale"), 1);
+    const auto own = readTextureUse(load_, info);
+    if (!own) {
+        if (material.hasNormalMap)
+            load_.addClearcoatNormals(material, RawImage{1, 1, 3, {}, {0.5f, 0.5f, 1}, true}, {}, 1);
+        return;
+    }
+    if (material.hasNormalMap && scale == float(source.normalTexture.scale) && own == readTextureUse(load_, source.normalTexture))
+        return;
+    load_.addClearcoatNormals(material, images_.get(own->image), *own, scale);
+}
+
 void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {
     const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
     const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
@@ -211,9 +229,7 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     material.hasNormalMap = normals.textured;
     addLobes(source, material);
     if (material.parameters[std::size_t(SlotKind::Clearcoat)] != kNoParameter) {
-        const tinygltf::Value& coat = extension(source.extensions, "KHR_materials_clearcoat");
-        if (coat.Has("clearcoatNormalTexture") || material.hasNormalMap)
-            load_.warn(material.name + ": its clear coat has the normals of what is below it");
+        addClearcoatNormals(source, material);
         if (glm::compMax(emission) > 0)
             load_.warn(material.name + ": its emission shines through the clear coat as if there were none");
     }

@@ -12,6 +12,7 @@ namespace cmpg {
 struct TextureUse : TextureAddress {
     std::uint32_t image = 0;
     bool linear = false; // images[i].extras.colorSpace
+    bool operator==(const TextureUse&) const = default;
 };
 
 // A textureInfo: of a material, of its normal texture, or inside an extension. Without index there is none.
