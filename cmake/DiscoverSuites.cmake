@@ -12,8 +12,8 @@ set(suite "")
 set(quick FALSE)
 set(others "")
 # Seconds of the longest, of a whole run on two cores. ctest without a run before begins with them, so that none of them is alone at the end.
-set(seconds Metamorphic 264 References/Mitsuba 237 Features 163 Resume 149 Scenes/GuidedExpectation 119 Slots/Boundary 113 Independence 105 ProgramBudget 73 Budget 58
-  Slots/SlotDerivative 50)
+set(seconds References/Mitsuba 221 Metamorphic 135 Features 133 Slots/Boundary 111 Resume 84 Independence 62 ProgramBudget 48 Slots/SlotDerivative 39
+  Scenes/GuidedExpectation 38)
 # Cases that are long tests, too: what they say a quick one has said already.
 set(long
   Features.SameBitsFurnace Features.SameBitsBowl         # lobes and textures off: SameBitsBox, SameBitsMaterials, which has all of them
