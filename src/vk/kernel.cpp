@@ -42,8 +42,8 @@ void requireCapabilities(const Device::Impl& device, const std::string& name, co
 
 vk::raii::DescriptorSetLayout createSetLayout(const vk::raii::Device& device, const KernelInterface& interface) {
     std::vector<vk::DescriptorSetLayoutBinding> bindings;
-    for (const auto& [number, resource, oneNumber] : interface.bindings)
-        bindings.emplace_back(number, descriptorType(resource), 1, vk::ShaderStageFlagBits::eCompute);
+    for (const auto& declared : interface.bindings)
+        bindings.emplace_back(declared.number, descriptorType(declared.resource), 1, vk::ShaderStageFlagBits::eCompute);
     return device.createDescriptorSetLayout({{}, bindings});
 }
 

@@ -82,20 +82,6 @@ TEST(TwoAlphas, FrozenFiniteDifferencesPerPixel) {
     expectFrozenDifferences(Bench(withTwoAlphas(), {"*.anisotropy", "*.roughness"}, config));
 }
 
-Image imageOf(Scene scene) {
-    Bench s(std::move(scene), {});
-    return s.renderer->render(viewOf(s.scene, 24, 24), 16, {3, 0, 0});
-}
-
-double distance(const Image& a, const Image& b) {
-    double off = 0, size = 0;
-    for (std::size_t i = 0; i < a.values.size(); ++i) {
-        off += std::abs(double(a.values[i]) - b.values[i]);
-        size += std::abs(b.values[i]);
-    }
-    return off / size;
-}
-
 // The panel alone, whose texture coordinates are not turned.
 Scene brushedPanel(float strength, float rotation) {
     Scene scene = bundledScene("materials");
@@ -105,14 +91,14 @@ Scene brushedPanel(float strength, float rotation) {
 
 TEST(Anisotropy, DirectionsAreTurnedCounterClockwise) {
     const float quarter = std::numbers::pi_v<float> / 2;
-    const Image along = imageOf(brushedPanel(0.8f, 0)), across = imageOf(brushedPanel(0.8f, quarter)), diagonal = imageOf(brushedPanel(0.8f, quarter / 2));
-    EXPECT_GT(distance(along, across), 0.003);
+    const Image along = smallImage(brushedPanel(0.8f, 0)), across = smallImage(brushedPanel(0.8f, quarter)), diagonal = smallImage(brushedPanel(0.8f, quarter / 2));
+    EXPECT_GT(relativeDifference(along, across), 0.003);
     // By a direction in place of an angle, whatever its length, and its opposite, which means the same but draws other directions.
     Scene scene = brushedPanel(0.8f, 0);
     scene.directionTextures[0].directions = {{0.3f, 0.3f}};
-    EXPECT_LT(distance(imageOf(scene), diagonal), 1e-3);
+    EXPECT_LT(relativeDifference(smallImage(scene), diagonal), 1e-3);
     scene.directionTextures[0].directions = {{-0.3f, 0.3f}};
-    EXPECT_GT(distance(imageOf(scene), diagonal), 0.003);
+    EXPECT_GT(relativeDifference(smallImage(scene), diagonal), 0.003);
     // By tangents of the file: along the axis that texture coordinates give, the image is the same; turned by a quarter, it is that of a rotation.
     scene = brushedPanel(0.8f, 0);
     Geometry& g = scene.geometry;
@@ -127,18 +113,18 @@ TEST(Anisotropy, DirectionsAreTurnedCounterClockwise) {
         for (const std::uint32_t k : t.vertices)
             g.tangents[k] = glm::vec4(-alongV, 1); // v runs down the picture
     }
-    EXPECT_LT(distance(imageOf(scene), across), 1e-3);
+    EXPECT_LT(relativeDifference(smallImage(scene), across), 1e-3);
     // By the second texture coordinates, whose axes are turned as much.
     scene = brushedPanel(0.8f, 0);
     scene.directionTextures[0].texcoord = 1;
     for (const glm::vec2 uv : scene.geometry.uv0)
         scene.geometry.uv1.emplace_back(-uv.y, uv.x);
-    EXPECT_LT(distance(imageOf(scene), across), 1e-3);
+    EXPECT_LT(relativeDifference(smallImage(scene), across), 1e-3);
 }
 
 // Where a material has no strength nothing is asked of the kernels, and the image is that of the scene without.
 TEST(Anisotropy, OfNoStrengthCostsNothing) {
-    EXPECT_EQ(imageOf(brushedPanel(0, 1)).values, imageOf(bundledScene("materials")).values);
+    EXPECT_EQ(smallImage(brushedPanel(0, 1)).values, smallImage(bundledScene("materials")).values);
     EXPECT_EQ(analyse(brushedPanel(0, 1), {}).texturedSlots, analyse(bundledScene("materials"), {}).texturedSlots);
 }
 

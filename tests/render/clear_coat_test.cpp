@@ -73,34 +73,22 @@ INSTANTIATE_TEST_SUITE_P(Slots, OwnNormalDerivative, testing::Values("*.clearcoa
 
 // A coat whose own normals are those of the surface looks like one that shares them; one without waves does not.
 TEST(ClearCoat, OwnNormalsOfTheSurfaceAreTheSame) {
-    const auto imageOf = [](Scene scene) {
-        Bench s(std::move(scene), {});
-        return s.renderer->render(viewOf(s.scene, 24, 24), 16, {3, 0, 0});
-    };
     Scene scene = coatedScene();
     Material& wavy = *std::find_if(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.name == "wavy"; });
     Parameter& normal = scene.parameters[wavy.parameters[std::size_t(SlotKind::Normal)]];
     normal.materialise();
     normal.nearest = true; // between texels the two interpolate differently
     scene.parameters[wavy.parameters[std::size_t(SlotKind::Clearcoat)]].values = {1};
-    const Image shared = imageOf(scene);
+    const Image shared = smallImage(scene);
     addClearcoatNormal(scene, wavy, {0, 0});
-    const Image smooth = imageOf(scene);
+    const Image smooth = smallImage(scene);
     DirectionTexture& own = scene.directionTextures.back();
     own = {.width = normal.width, .height = normal.height, .texcoord = normal.texcoord, .wrapU = normal.wrapU, .wrapV = normal.wrapV, .nearest = true, .uvTransform = normal.uvTransform, .directions = {}};
     for (std::size_t i = 0; i < normal.values.size(); i += 3)
         own.directions.push_back(glm::vec2(glm::normalize(glm::vec3(normal.values[i], normal.values[i + 1], normal.values[i + 2]))));
-    const Image same = imageOf(scene);
-    const auto off = [&](const Image& image) {
-        double difference = 0, size = 0;
-        for (std::size_t i = 0; i < image.values.size(); ++i) {
-            difference += std::abs(double(image.values[i]) - shared.values[i]);
-            size += std::abs(shared.values[i]);
-        }
-        return difference / size;
-    };
-    EXPECT_LT(off(same), 1e-4);
-    EXPECT_GT(off(smooth), 1e-3);
+    const Image same = smallImage(scene);
+    EXPECT_LT(relativeDifference(same, shared), 1e-4);
+    EXPECT_GT(relativeDifference(smooth, shared), 1e-3);
 }
 
 // A closed white box under a smooth coat keeps all light: over D segments L = D Le.

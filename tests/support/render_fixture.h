@@ -68,4 +68,20 @@ inline double meanOf(const Image& image) {
     return sum / double(image.values.size());
 }
 
+// 24 x 24 pixels of 16 samples.
+inline Image smallImage(Scene scene) {
+    Bench s(std::move(scene), {});
+    return s.renderer->render(viewOf(s.scene, 24, 24), 16, {3, 0, 0});
+}
+
+// Mean absolute difference over the mean absolute value of `reference`.
+inline double relativeDifference(const Image& image, const Image& reference) {
+    double off = 0, size = 0;
+    for (std::size_t i = 0; i < image.values.size(); ++i) {
+        off += std::abs(double(image.values[i]) - reference.values[i]);
+        size += std::abs(reference.values[i]);
+    }
+    return off / size;
+}
+
 } // namespace cmpg::test
