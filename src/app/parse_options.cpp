@@ -2,6 +2,7 @@
 #include "app/parse_options.h"
 
 #include "app/declare_options.h"
+#include "app/unexpected_arguments.h"
 #include "base/error.h"
 
 #include <cmpg/recovery.h>
@@ -110,6 +111,12 @@ Options parseOptions(int argc, const char* const* argv) {
         if (!chosen.empty())
             throw HelpRequested{app.help() + "\nOptions common to all commands: cmpg-vk --help\n"};
         throw HelpRequested{app.help("", CLI::AppFormatMode::All)};
+    } catch (const CLI::ExtrasError&) {
+        if (named == Names::Something) { // a word that is no scene was to be a command
+            o.command = Command::Open;
+            validate(o);
+        }
+        throw unexpectedArgument(app);
     } catch (const CLI::ParseError& e) {
         throw Error(ErrorKind::Usage, e.what(), "", "see cmpg-vk --help");
     }

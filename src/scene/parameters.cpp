@@ -1,11 +1,12 @@
 // Parameters: their names, ranges, packed form, and how names and globs find them.
 #include "base/error.h"
+#include "base/nearest_names.h"
 #include "scene/image_decode.h"
 #include "scene/scene.h"
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -29,30 +30,15 @@ constexpr bool slotsAreInOrder() {
 }
 static_assert(std::size(kSlots) == kSlotKinds && slotsAreInOrder());
 
-// Levenshtein distance of two names.
-std::size_t distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t(0));
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row.back();
-}
-
 // The three names most like `name`, for a message.
-template <class Things> std::string nearestNames(const Things& things, const std::string& name) {
-    std::vector<std::pair<std::size_t, std::string>> all;
-    all.reserve(things.size());
-    for (const auto& thing : things) all.emplace_back(distance(thing.name, name), thing.name);
-    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+template <class Things> std::string namesLike(const Things& things, const std::string& name) {
+    std::vector<std::string> names;
+    names.reserve(things.size());
+    for (const auto& thing : things)
+        names.push_back(thing.name);
     std::string text;
-    for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 3); ++i) text += (i ? ", " : "") + all[i].second;
+    for (const std::string& near : nearestNames(std::move(names), name, 3))
+        text += (text.empty() ? "" : ", ") + near;
     return text.empty() ? "(there are none)" : text;
 }
 
@@ -110,7 +96,7 @@ std::uint32_t Scene::parameter(const std::string& name) const {
         if (parameters[i].name == name) return std::uint32_t(i);
     if (const auto alias = aliases.find(name); alias != aliases.end())
         return alias->second;
-    throw Error(ErrorKind::Usage, source + " has no parameter " + name, "the nearest names are " + nearestNames(parameters, name),
+    throw Error(ErrorKind::Usage, source + " has no parameter " + name, "the nearest names are " + namesLike(parameters, name),
                 "the list of the scene's parameters has them all", {"inspect"});
 }
 
@@ -125,7 +111,7 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
     if (!found.empty()) return found;
     if (glob.find_first_of("*?") == std::string::npos) parameter(glob); // throws
     throw Error(ErrorKind::Usage, source + " has no parameter that matches " + glob,
-                "names are case sensitive; the nearest are " + nearestNames(parameters, glob), "the list of the scene's parameters has them all", {"inspect"});
+                "names are case sensitive; the nearest are " + namesLike(parameters, glob), "the list of the scene's parameters has them all", {"inspect"});
 }
 
 std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left) const {
@@ -151,7 +137,7 @@ const Camera& Scene::camera(const std::string& name) const {
     if (name.empty()) return cameras.front();
     for (const Camera& camera : cameras)
         if (camera.name == name) return camera;
-    throw Error(ErrorKind::Usage, source + " has no camera " + name, "the nearest names are " + nearestNames(cameras, name),
+    throw Error(ErrorKind::Usage, source + " has no camera " + name, "the nearest names are " + namesLike(cameras, name),
                 "the list of the scene's cameras has them all", {"inspect"});
 }
 

@@ -2,6 +2,7 @@
 #include "session/options.h"
 
 #include "base/error.h"
+#include "base/nearest_names.h"
 #include "imaging/display_stream.h"
 #include "scene/file_io.h"
 #include "scene/scene_file.h"
@@ -104,9 +105,18 @@ void validateOptimize(const Options& o) {
         refuse("--resume and -o name different folders", "leave -o away");
 }
 
+std::string commandLike(const std::string& word) {
+    std::vector<std::string> names;
+    for (const auto& command : kCommands)
+        if (command.value != Command::ListDevices && command.value != Command::Version) // flags
+            names.emplace_back(command.name);
+    const std::string meant = likelyMeant(std::move(names), word);
+    return meant.empty() ? "" : "did you mean " + meant + "? ";
+}
+
 void validateOpen(const Options& o) {
     if (!isSceneName(o.input) && !fileExists(o.input))
-        refuse("'" + o.input + "' is neither a command nor a scene", "see cmpg-vk --help");
+        refuse("'" + o.input + "' is neither a command nor a scene", commandLike(o.input) + "see cmpg-vk --help");
     if (o.headless)
         refuse("--headless opens no window, and no command says what else to do",
                "name a command: cmpg-vk --headless render " + o.input + " -o image.exr; see cmpg-vk --help");

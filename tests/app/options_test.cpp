@@ -339,5 +339,33 @@ TEST(Options, ASceneAloneOpensAWindow) {
     EXPECT_EQ(parseCode({"s.gltf", "--frobnicate"}), ErrorKind::Usage);
 }
 
+TEST(Options, WhatWasMeantIsSaid) {
+    struct Case {
+        std::vector<std::string> arguments;
+        std::string what, remedy; // parts of them
+    };
+    for (const Case& c : std::vector<Case>{
+             {{"rendr", "s.gltf"}, "'rendr' is neither a command nor a scene", "did you mean render?"},
+             {{"frobnicate", "s.gltf"}, "'frobnicate' is neither", "see cmpg-vk --help"},
+             {{"render", "s.gltf", "--sppp", "3"}, "render has no option --sppp", "did you mean --spp?"},
+             {{"render", "s.gltf", "--sppp=3"}, "render has no option --sppp", "did you mean --spp?"},
+             {{"render", "s.gltf", "--steps", "3"}, "render has no option --steps", "see cmpg-vk render --help"}, // optimize has
+             {{"s.gltf", "--targte", "x.exr"}, "no option --targte", "did you mean --target?"},
+             {{"--list-devces"}, "there is no option --list-devces", "did you mean --list-devices?"},
+             {{"optimize", "s.gltf", "--param", "a", "b", "c"}, "'b' belongs to no option", "--param A --param B"}}) {
+        std::string line;
+        for (const std::string& argument : c.arguments)
+            line += argument + " ";
+        try {
+            parse(c.arguments);
+            ADD_FAILURE() << line;
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind, ErrorKind::Usage) << line;
+            EXPECT_NE(std::string(e.what()).find(c.what), std::string::npos) << line << ": " << e.what();
+            EXPECT_NE(e.remedy.find(c.remedy), std::string::npos) << line << ": " << e.remedy;
+        }
+    }
+}
+
 } // namespace
 } // namespace cmpg
