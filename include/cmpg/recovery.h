@@ -19,6 +19,7 @@ struct Target {
     std::string camera = {};      // empty: the first
     Image image = {};             // linear, 3 channels
     std::vector<float> mask = {}; // weight of each pixel in [0,1]; empty: 1 everywhere. Pixels that are not finite have weight 0
+    std::vector<std::uint8_t> clipped = {}; // 1 for values that are lower bounds, since the picture is clipped there; empty: none
     std::string name = {};        // in messages; empty: its number
     // Where `image` has no values: gives all of the target, the same every time. Called at the start, and whenever a step sees it: so memory need not hold
     // the targets of many views.
@@ -27,8 +28,8 @@ struct Target {
 
     static constexpr std::size_t kMostBytes = std::size_t(256) << 20; // of values that the command line and Python hold, before they stream the rest
 
-    // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; clipped pixels of 8-bit files
-    // have weight 0. Values are multiplied by 2^exposure. Error(Input) where no pixel is left.
+    // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; values at the maximum of
+    // an 8-bit file are lower bounds. Values are multiplied by 2^exposure. Error(Input) where no pixel is left.
     static Target load(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
     // The same, but its values stay in the file: it has the image's size, and `read`.
     static Target stream(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);

@@ -39,7 +39,7 @@ Views loadViews(const Options& options, const Scene& scene) {
         const CameraFile given = cameraFileOf(scene, text);
         const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
         v1::Target target = load(given.file, given.camera, options.mask, options.targetExposure);
-        bytes += (target.image.values.size() + target.mask.size()) * sizeof(float);
+        bytes += (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size();
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));
         target.camera = result.views.back().camera;

@@ -12,13 +12,14 @@ namespace cmpg::v1 {
 
 Target Target::load(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
     cmpg::Target read = loadTarget(file, {.mask = mask, .exposure = exposure});
-    return {camera, std::move(read.image), std::move(read.mask), std::move(read.name)};
+    return {camera, std::move(read.image), std::move(read.mask), std::move(read.clipped), std::move(read.name)};
 }
 
 Target Target::stream(const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
     Target target = load(file, camera, mask, exposure);
     target.image.values = std::vector<float>();
     target.mask = std::vector<float>();
+    target.clipped = std::vector<std::uint8_t>();
     target.read = [=] { return load(file, camera, mask, exposure); };
     return target;
 }
@@ -38,7 +39,10 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
         throw Error(ErrorKind::Usage,
                     "the mask of " + name + " has " + std::to_string(target.mask.size()) + " weights for " + std::to_string(image.pixels()) + " pixels",
                     {}, "give one weight per pixel", {"mask"});
-    cmpg::Target result{.name = target.name.empty() ? std::to_string(number) : target.name, .image = image, .mask = target.mask};
+    if (!target.clipped.empty() && target.clipped.size() != image.values.size())
+        throw Error(ErrorKind::Usage, name + " says of " + std::to_string(target.clipped.size()) + " values whether they are clipped, and has " +
+                                          std::to_string(image.values.size()));
+    cmpg::Target result{.name = target.name.empty() ? std::to_string(number) : target.name, .image = image, .mask = target.mask, .clipped = target.clipped};
     for (const float weight : result.mask)
         if (!(weight >= 0 && weight <= 1))
             throw Error(ErrorKind::Usage, "the mask of " + name + " has weights out of [0, 1]", {}, "scale it", {"mask"});
@@ -59,7 +63,7 @@ cmpg::Target targetOf(const Target& target, std::size_t number) {
 
 ImageLoss lossOf(Loss loss, const Image& image, const Target& target) {
     const cmpg::Target whole = targetOf(target.image.values.empty() && target.read ? target.read() : target, 0);
-    LossResult found = evaluateLoss(loss, image, whole.image, whole.mask);
+    LossResult found = evaluateLoss(loss, image, whole.image, whole.mask, whole.clipped);
     return {found.value, std::move(found.adjoint), found.nonFinite};
 }
 

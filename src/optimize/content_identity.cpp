@@ -108,7 +108,11 @@ std::string digestOf(const Parameter& p) {
 }
 
 std::string digestOf(const Target& target) {
-    return target.digest.empty() ? Digest().add(target.image.values).add(target.mask).text() : target.digest;
+    if (!target.digest.empty())
+        return target.digest;
+    Digest digest;
+    digest.add(target.image.values).add(target.mask);
+    return (target.clipped.empty() ? digest : digest.add(target.clipped)).text();
 }
 
 Checkpoint::Identity contentIdentity(const Scene& scene, const std::vector<std::uint32_t>& parameters, const std::vector<View>& views,

@@ -31,6 +31,14 @@ bool measuresCurvature(std::uint32_t step) {
 // More of it makes no pixel darker.
 bool onlyBrightens(SlotKind kind) { return kind == SlotKind::BaseColor || kind == SlotKind::Emission || kind == SlotKind::Radiance; }
 
+// Where the target is clipped and the image is brighter, the loss does not answer to the image, nor to what changes it.
+void dropBeyondBounds(ImageHalves& halves, const Target& target) {
+    const Image &a = halves.half[0].image, &b = halves.half[1].image;
+    for (std::size_t k = 0; k < target.clipped.size(); ++k)
+        if (target.clipped[k] && isBeyondBound(a.values[k], b.values[k], target.image.values[k]))
+            halves.half[0].difference.values[k] = halves.half[1].difference.values[k] = 0;
+}
+
 // Adds by pixel the square of how the image changes. A product of two halves of that answer sees no path that is in one of them by chance.
 void addAnswer(const Image& a, const Image& b, std::vector<float>& square) {
     square.resize(a.pixels());
@@ -118,6 +126,7 @@ void Optimization::measureConstants(StepReport& report) {
     std::vector<double> products(entries * entries);
     for (std::size_t view = 0; view < views; ++view) {
         const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view)); // one for all: what differs is the parameter
+        const LoadedTarget target(config_.targets[view]);
         std::vector<ConstantColumn> columns;
         std::vector<float> square;
         for (const std::size_t i : constants_) {
@@ -132,12 +141,12 @@ void Optimization::measureConstants(StepReport& report) {
             model_.setSecondValues(parameters_[i], moved);
             ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
             model_.setSecondValues(parameters_[i], parameter.values);
+            dropBeyondBounds(halves, *target);
             report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
             addAnswer(halves.half[0].difference, halves.half[1].difference, square);
             // The difference is to the moved values.
             columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(parameter.entries()), -step});
         }
-        const LoadedTarget target(config_.targets[view]);
         Image weight = lossCurvature(config_.loss, target->image, target->mask);
         for (float& value : weight.values)
             value /= float(views);
@@ -200,13 +209,14 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
         peak_ = own = gradients_;
     for (const std::size_t view : views) {
         const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * model_.views() + view));
-        const ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+        const LoadedTarget target(config_.targets[view]);
+        ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+        dropBeyondBounds(halves, *target);
         const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
         std::vector<float> square;
         addAnswer(a, b, square);
         shares_[view] = pixelShares(a.width, a.height, square);
         // The adjoint of a squared loss at so much beside the target.
-        const LoadedTarget target(config_.targets[view]);
         Image change = target->image;
         for (std::size_t k = 0; k < change.values.size(); ++k)
             change.values[k] -= 0.5f * (a.values[k] + b.values[k]);

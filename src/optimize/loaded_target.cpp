@@ -24,6 +24,7 @@ Target streamed(std::function<Target()> read) {
     target.digest = digestOf(target);
     target.image.values = std::vector<float>();
     target.mask = std::vector<float>();
+    target.clipped = std::vector<std::uint8_t>();
     target.read = std::move(read);
     return target;
 }

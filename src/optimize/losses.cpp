@@ -77,7 +77,8 @@ double sumOfWeights(std::span<const float> mask, std::size_t pixels) {
     });
 }
 
-LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask) {
+LossResult evaluate(Loss loss, const Image& image, const Image& second, const Image& target, std::span<const float> mask,
+                    std::span<const std::uint8_t> clipped) {
     if (image.width != target.width || image.height != target.height || image.channels != target.channels)
         throw Error(ErrorKind::Input, "an image of " + sizeText(image) + " cannot be compared with a target of " + sizeText(target));
     if (!mask.empty() && mask.size() != image.pixels())
@@ -109,6 +110,8 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
                 continue;
             }
             for (std::size_t c = 0; c < channels; ++c) {
+                if (!clipped.empty() && clipped[p * channels + c] && isBeyondBound(a[c], b[c], y[c]))
+                    continue;
                 const NoisyTerm term = noisyTerm(loss, a[c], b[c], y[c]);
                 sum.value += w * term.value;
                 sum.variance += w * w * term.variance;
@@ -125,11 +128,13 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
 
 } // namespace
 
-LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Image& target, std::span<const float> mask) {
-    return evaluate(loss, halves[0], halves[1], target, mask);
+LossResult evaluateLoss(Loss loss, const std::array<Image, 2>& halves, const Image& target, std::span<const float> mask, std::span<const std::uint8_t> clipped) {
+    return evaluate(loss, halves[0], halves[1], target, mask, clipped);
 }
 
-LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask) { return evaluate(loss, image, image, target, mask); }
+LossResult evaluateLoss(Loss loss, const Image& image, const Image& target, std::span<const float> mask, std::span<const std::uint8_t> clipped) {
+    return evaluate(loss, image, image, target, mask, clipped);
+}
 
 Image lossCurvature(Loss loss, const Image& target, std::span<const float> mask) {
     const double norm = 1 / (sumOfWeights(mask, target.pixels()) * target.channels);

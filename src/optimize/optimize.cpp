@@ -77,7 +77,8 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
     }
     if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
         return std::nullopt;
-    return Residual{evaluateLoss(loss, image.mean(), target.image, weights).value, evaluateLoss(loss, image.half, target.image, weights).value};
+    return Residual{evaluateLoss(loss, image.mean(), target.image, weights, target.clipped).value,
+                    evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
 }
 
 bool isSquared(Loss loss) { return loss == Loss::Mse || loss == Loss::RelativeMse; }
@@ -272,7 +273,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
         const ScopedTime time(report.secondsUpdate);
         if (config_.onImage)
             config_.onImage(view, image.mean());
-        loss = evaluateLoss(config_.loss, image.half, target.image, target.mask);
+        loss = evaluateLoss(config_.loss, image.half, target.image, target.mask, target.clipped);
         if (views > 1)
             for (float& value : loss.adjoint.values)
                 value /= float(views);

@@ -20,6 +20,17 @@ Image threeChannels(Image image) {
     return grey;
 }
 
+// Of three channels, where there may be one.
+std::vector<std::uint8_t> perChannel(const std::vector<std::uint8_t>& flags, int channels) {
+    if (channels == 3)
+        return flags;
+    std::vector<std::uint8_t> three;
+    three.reserve(3 * flags.size());
+    for (const std::uint8_t flag : flags)
+        three.insert(three.end(), 3, flag);
+    return three;
+}
+
 // Multiplies the weights by the mean channel of an image.
 void applyMask(Target& target, const std::filesystem::path& file) {
     const Image mask = threeChannels(readImage(file, true).image);
@@ -40,6 +51,8 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
     ReadImage read = readImage(file);
     Target target;
     target.name = file.string();
+    if (std::any_of(read.clipped.begin(), read.clipped.end(), [](std::uint8_t c) { return c != 0; }))
+        target.clipped = perChannel(read.clipped, read.image.channels);
     target.image = threeChannels(std::move(read.image));
     target.mask.assign(target.image.pixels(), 1.f);
     for (std::size_t p = 0; p < read.alpha.size(); ++p)
@@ -56,17 +69,15 @@ Target loadTarget(const std::filesystem::path& file, const TargetOptions& option
             pixel[c] *= scale;
             finite = finite && std::isfinite(pixel[c]);
         }
-        const bool clipped = read.eightBit && p < read.clipped.size() && read.clipped[p];
         target.invalid += !finite;
-        target.clipped += clipped;
-        if (!finite || clipped)
+        if (!finite)
             target.mask[p] = 0;
         total += target.mask[p];
     }
     if (total == 0)
         throw Error(ErrorKind::Input, "no pixel of target " + target.name + " counts",
-                    "alpha and mask are 0 or values are clipped or not finite everywhere",
-                    "check the alpha channel, the mask and the exposure of the picture", {"mask", "target-exposure"});
+                    "alpha and mask are 0 or values are not finite everywhere",
+                    "check the alpha channel and the mask", {"mask"});
     if (std::all_of(target.mask.begin(), target.mask.end(), [](float w) { return w == 1; }))
         target.mask.clear();
     return target;

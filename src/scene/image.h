@@ -3,6 +3,7 @@
 
 #include <cmpg/image.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -14,7 +15,7 @@ struct ReadImage {
     Image image;            // 1, 3 channels; linear
     std::vector<float> alpha; // empty when the file has none; else one value per pixel in [0,1]
     bool eightBit = false;  // decoded from 8-bit sRGB; values at 0 or 255 may be clipped
-    std::vector<bool> clipped; // eightBit: pixels with a channel at 255
+    std::vector<std::uint8_t> clipped; // eightBit: 1 for values at 255
 };
 
 // Reads .exr .hdr .png .jpg by content. 8-bit files are sRGB-decoded unless `linear`. Throws Error(Input) on anything malformed

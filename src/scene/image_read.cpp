@@ -210,12 +210,12 @@ ReadImage readImage(const std::filesystem::path& file, bool linear, std::size_t 
     const std::uint32_t channels = raw.channels <= 2 ? 1 : 3;
     out.image = Image(int(raw.width), int(raw.height), int(channels));
     if (raw.hasAlpha()) out.alpha.resize(raw.pixels());
-    if (out.eightBit) out.clipped.resize(raw.pixels());
+    if (out.eightBit) out.clipped.resize(out.image.values.size());
     for (std::size_t p = 0; p < raw.pixels(); ++p) {
         for (std::uint32_t c = 0; c < channels; ++c) {
             const std::size_t i = p * raw.channels + raw.channel(c);
             out.image.values[p * channels + c] = value(i);
-            if (out.eightBit && raw.bytes[i] == 255) out.clipped[p] = true;
+            if (out.eightBit) out.clipped[p * channels + c] = raw.bytes[i] == 255;
         }
         if (!raw.hasAlpha()) continue;
         const std::size_t i = p * raw.channels + raw.channel(3);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace cmpg::test {
 namespace {
@@ -61,9 +62,34 @@ TEST(LibraryRecovery, TellsALossWithItsDerivative) {
     EXPECT_NEAR(found.adjoint.at(0, 0)[1], 2 * 0.25 / 3, 1e-6);
     EXPECT_EQ(found.adjoint.at(1, 0)[1], 0);
     EXPECT_EQ(lossOf(Loss::Mse, image, {.image = Image(2, 1, 0), .read = [&] { return target; }}).value, found.value);
+    target.clipped.assign(6, 1);
+    EXPECT_EQ(lossOf(Loss::Mse, image, target).value, 0); // brighter than what was clipped
+    target.clipped.resize(2); // one for each value
+    EXPECT_EQ(errorOf([&] { lossOf(Loss::Mse, image, target); }).kind, ErrorKind::Usage);
+    target.clipped.clear();
     image.values[0] = NAN;
     EXPECT_EQ(lossOf(Loss::L1, image, {.image = target.image}).nonFinite, 1u);
     EXPECT_EQ(errorOf([&] { lossOf(Loss::Mse, Image(3, 1, 3), target); }).kind, ErrorKind::Input);
+}
+
+// The lamp is in the picture, clipped, and changes more than all that it lights: its pixels must not tell how far a step may go.
+TEST(LibraryRecovery, FindsLightWhoseLampIsClipped) {
+    Target target = smallTarget();
+    for (float& value : target.image.values) {
+        target.clipped.push_back(value >= 1);
+        value = std::min(value, 1.f);
+    }
+    EXPECT_GT(std::accumulate(target.clipped.begin(), target.clipped.end(), 0), 20);
+    Scene scene = Scene::load(kBox);
+    const std::vector<float> truth = scene.values("light.emission");
+    scene.set("light.emission", std::vector<float>(3, 5));
+    RecoveryOptions options;
+    options.parameters = {"light.emission"};
+    Recovery recovery(device(), scene, {target}, options);
+    for (int i = 0; i < 12; ++i)
+        recovery.step();
+    for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(recovery.values("light.emission")[c], truth[c], 0.05 * truth[c]);
 }
 
 TEST(LibraryRecovery, ReadsTargetsWhenStepsSeeThem) {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <iostream>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -234,6 +235,31 @@ double errorAfter(OptimizerKind kind, std::uint32_t steps) {
 TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 20), 0.5 * errorAfter(OptimizerKind::Adam, 20));
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
+}
+
+// Of targets that are clipped at the mean of their values, and say so or not.
+double errorOfClipped(bool told, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.05);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    for (Target& target : config.targets) {
+        std::vector<float>& values = target.image.values;
+        const float limit = std::accumulate(values.begin(), values.end(), 0.f) / float(values.size());
+        for (float& value : values) {
+            if (told)
+                target.clipped.push_back(value >= limit);
+            value = std::min(value, limit);
+        }
+    }
+    Optimization run(model, scene, config, {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+TEST(GaussNewton, LooksBeyondWhatIsClipped) {
+    EXPECT_LT(errorOfClipped(true, 60), 0.02);
+    EXPECT_GT(errorOfClipped(false, 60), 0.1);
 }
 
 // Per pixel, of the images that steps bring up to date, in a recovery of one view.

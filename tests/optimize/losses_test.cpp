@@ -108,6 +108,35 @@ TEST(Losses, MaskedPixelsDoNotMatterWhateverTheyHold) {
     EXPECT_EQ(after.nonFinite, 0u);
 }
 
+TEST(Losses, ClippedValuesAreLowerBounds) {
+    const Pair pair = makePair();
+    std::vector<std::uint8_t> clipped(pair.target.values.size());
+    for (std::size_t i = 0; i < clipped.size(); ++i)
+        clipped[i] = i % 3 != 1; // the other channel of a pixel is what it says
+    for (const Loss loss : kAll) {
+        const LossResult plain = evaluateLoss(loss, pair.image, pair.target, pair.mask), bounded = evaluateLoss(loss, pair.image, pair.target, pair.mask, clipped);
+        double beyond = 0;
+        std::size_t without = 0;
+        for (std::size_t i = 0; i < clipped.size(); ++i) {
+            const bool brighter = clipped[i] && pair.image.values[i] >= pair.target.values[i];
+            beyond += brighter ? pair.mask[i / 3] * lossTerm(loss, pair.image.values[i], pair.target.values[i]).value : 0;
+            without += brighter;
+            EXPECT_EQ(bounded.adjoint.values[i], brighter ? 0 : plain.adjoint.values[i]) << i;
+        }
+        EXPECT_GT(without, 20u);
+        EXPECT_NEAR(bounded.value, plain.value - beyond / bounded.values, 1e-12);
+        EXPECT_EQ(bounded.values, plain.values);
+    }
+}
+
+// Noise that cancels between the halves does not make an image too dark.
+TEST(Losses, ClippedValuesAreComparedWithTheMeanOfTheHalves) {
+    const Image target(1, 1, 3, 1.f);
+    const std::vector<std::uint8_t> clipped(3, 1);
+    EXPECT_EQ(evaluateLoss(Loss::Mse, {Image(1, 1, 3, 0.5f), Image(1, 1, 3, 1.75f)}, target, {}, clipped).value, 0);
+    EXPECT_DOUBLE_EQ(evaluateLoss(Loss::Mse, {Image(1, 1, 3, 0.5f), Image(1, 1, 3, 0.75f)}, target, {}, clipped).value, 0.125);
+}
+
 TEST(Losses, NonFinitePixelsAreCountedAndLeftOut) {
     Pair pair = makePair();
     pair.image.values[5] = std::nanf("");

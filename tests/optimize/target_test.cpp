@@ -33,15 +33,18 @@ TEST_F(TargetFiles, ExrIsTakenAsItIsTimesTheExposure) {
         EXPECT_FLOAT_EQ(brighter.image.values[i], 4 * image.values[i]);
 }
 
-TEST_F(TargetFiles, EightBitIsDecodedAndClippedPixelsDoNotCount) {
+TEST_F(TargetFiles, EightBitIsDecodedAndSaysWhatIsClipped) {
     Image image(2, 2, 3, 0.5f);
     image.values[4] = 1; // one channel of pixel 1
     image.values[6] = 0; // black is a value, not a clipped one
     writePng(folder_ / "t.png", image);
     const Target target = loadTarget(folder_ / "t.png");
     EXPECT_NEAR(target.image.values[0], 0.5f, 0.003f); // one 8-bit step of the sRGB curve there
-    EXPECT_EQ(target.mask, (std::vector<float>{1, 0, 1, 1}));
-    EXPECT_EQ(target.clipped, 1u);
+    EXPECT_TRUE(target.mask.empty());
+    EXPECT_EQ(target.clipped, (std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}));
+    image.values[4] = 0.9f;
+    writePng(folder_ / "t.png", image);
+    EXPECT_TRUE(loadTarget(folder_ / "t.png").clipped.empty());
 }
 
 TEST_F(TargetFiles, AlphaAndMaskMultiply) {

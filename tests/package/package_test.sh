@@ -24,13 +24,14 @@ touch "$root/var/lib/dpkg/status"
 dpkg_root() { fakeroot dpkg --root="$root" --force-depends --force-not-root --force-script-chrootless --log=/dev/null "$@" >"$work/dpkg.log" 2>&1 || { cat "$work/dpkg.log"; exit 1; }; }
 dpkg_root --install "${packages[@]}"
 program=$root/usr/bin/cmpg-vk
-"$program" --headless --help | grep -q optimize || fail "the installed program does not answer"
-"$program" --version | grep -q cmpg-vk || fail "the installed program finds no device"
+# Texts whole: a program whose reader leaves at the first match ends by a signal.
+[[ $("$program" --headless --help) == *optimize* ]] || fail "the installed program does not answer"
+[[ $("$program" --version) == *cmpg-vk* ]] || fail "the installed program finds no device"
 message=$(env -u DISPLAY -u WAYLAND_DISPLAY "$program" "$source/scenes/box/scene.gltf" 2>&1 || true)
 [[ $message != *"libcmpg-viewer.so is missing"* ]] || fail "the installed program does not find its window: $message"
 MANROFFSEQ='' MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 -Z "$root/usr/share/man/man1/cmpg-vk.1.gz" >/dev/null 2>"$work/man.log"
 [ ! -s "$work/man.log" ] || fail "the manual page: $(cat "$work/man.log")"
-zcat "$root/usr/share/man/man1/cmpg-vk.1.gz" | grep -q 'spp\\-gradient' || fail "the manual page lacks options"
+[[ $(zcat "$root/usr/share/man/man1/cmpg-vk.1.gz") == *'spp\-gradient'* ]] || fail "the manual page lacks options"
 desktop-file-validate "$root/usr/share/applications/cmpg-vk.desktop"
 offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk optimize --opt); COMP_CWORD=2; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
 [[ $offers == "--optimizer" ]] || fail "completion offers '$offers' for --opt"
