@@ -20,11 +20,12 @@ constexpr std::uint32_t kCurvatureSpp = 4;
 constexpr double kConstantStep = 0.02; // by which a constant changes, in its unit: roughness is far from linear
 constexpr double kLightReach = 20;     // of light, times its value instead of its unit: images are linear in it, however far it is
 
-// The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less.
-bool measuresCurvature(std::uint32_t step) {
+// The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less. `growth`: of the time until the next.
+constexpr std::uint32_t kGrowth = 4, kGrowthOfLight = 2;
+bool measuresCurvature(std::uint32_t step, std::uint32_t growth = kGrowth) {
     std::uint64_t at = 8;
     while (at < step)
-        at *= 4;
+        at *= growth;
     return step == 0 || step == at;
 }
 
@@ -175,10 +176,10 @@ bool Optimization::measuresDiagonal(std::size_t i) const {
     if (!usesDiagonal(i))
         return false;
     const ViewOrder order = viewOrder();
-    const std::uint32_t start = state_.moments[i].start;
+    const std::uint32_t start = state_.moments[i].start, growth = scene_.parameters[parameters_[i]].isLight() ? kGrowthOfLight : kGrowth;
     if (!order.seesAll(state_.step))
-        return measuresCurvature(ordersSeen(i));
-    return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()));
+        return measuresCurvature(ordersSeen(i), growth);
+    return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()), growth);
 }
 
 bool Optimization::measuresAnyDiagonal() const {
@@ -197,9 +198,11 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     };
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         std::vector<float> moved = scene_.parameters[parameters_[i]].values;
-        if (moves(i))
-            for (float& value : moved)
-                value += kCurvatureStep * state_.moments[i].unit;
+        if (moves(i)) {
+            const CurvatureDirection direction = curvatureDirection(i);
+            for (std::size_t entry = 0; entry < moved.size(); ++entry)
+                moved[entry] += direction[entry];
+        }
         model_.setSecondValues(parameters_[i], moved);
     }
     curvature_ = gradients_; // zeros
@@ -241,9 +244,19 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     constantCurvature_.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
 }
 
+CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {
+    const Parameter& parameter = scene_.parameters[parameters_[i]];
+    CurvatureDirection direction{kCurvatureStep * state_.moments[i].unit};
+    if (usesDiagonal(i) && parameter.isLight()) {
+        direction.light = parameter.values;
+        direction.share = kCurvatureStep;
+    }
+    return direction;
+}
+
 void Optimization::addDiagonal(std::size_t i) {
     Moments& moments = state_.moments[i];
-    const float direction = kCurvatureStep * moments.unit;
+    const CurvatureDirection direction = curvatureDirection(i);
     if (peak_.empty())
         addCurvature(curvature_[i], direction, moments);
     else if (measuresDiagonal(i))
@@ -256,7 +269,7 @@ void Optimization::stepConstants(double factor) {
     const auto value = [&](std::size_t i, std::size_t entry) { return double(scene_.parameters[parameters_[i]].values[entry]); };
     const auto reach = [&](std::size_t i, std::size_t entry) {
         const Parameter& parameter = scene_.parameters[parameters_[i]];
-        const double unit = state_.moments[i].unit, length = std::isfinite(parameter.highest()) ? unit : std::max(unit, kLightReach * value(i, entry));
+        const double unit = state_.moments[i].unit, length = !parameter.isLight() ? unit : std::max(unit, kLightReach * value(i, entry));
         return std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
     };
     const auto down = [&](std::size_t i, std::size_t entry) {

@@ -37,6 +37,7 @@ struct Grid {
     std::span<const float> diagonal;      // D
     std::span<const float> gradient, half; // as in NoisyGradient
     SignalNoise& noise;
+    std::span<const float> scale; // of the rate, by entry; empty: 1
 
     // The step that `left` of the gradient asks for, times the share of the signal in all of it.
     std::vector<float> step(std::vector<float> left, double rate, bool first) const {
@@ -48,7 +49,7 @@ struct Grid {
             const float square = half[i] * half[i];
             float& average = noise.squares[i];
             average += float(weight) * (square - average);
-            deviation[i] = std::sqrt(std::max(average, square));
+            deviation[i] = std::sqrt(std::max(average, square)) / (scale.empty() ? 1.f : scale[i]);
         });
         const TextureCurvature curvature(known, diagonal, std::move(deviation), float(std::min(rate, 1e30)));
         const double whole = curvature.length(gradient), stray = curvature.length(half); // the mean's length has the signal's and the noise's in it
@@ -61,26 +62,38 @@ struct Grid {
     }
 };
 
+// Of the texels that are one of a coarser grid.
+std::vector<float> meanOf(const CoarseTexture& texture, std::span<const float> values) {
+    if (values.empty())
+        return {};
+    std::vector<float> mean = texture.gather(values);
+    const std::vector<float> weights = texture.gather(std::vector<float>(values.size(), 1.f));
+    forEachEntry(mean.size(), [&](std::size_t i) { mean[i] /= weights[i]; });
+    return mean;
+}
+
 // What a step of texels of one grid together is solved with.
 struct CoarseGrid {
     CoarseTexture texture; // from the next finer grid
     TotalVariationBound known;
-    std::vector<float> diagonal, gradient, half;
+    std::vector<float> diagonal, gradient, half, scale;
 
-    CoarseGrid(const TotalVariationBound& finer, std::span<const float> finerDiagonal, std::span<const float> finerGradient, std::span<const float> finerHalf)
+    CoarseGrid(const TotalVariationBound& finer, std::span<const float> finerDiagonal, std::span<const float> finerGradient, std::span<const float> finerHalf,
+               std::span<const float> finerScale)
         : texture(finer.grid()), known(finer.coarser(texture)), diagonal(texture.gather(finerDiagonal)), gradient(texture.gather(finerGradient)),
-          half(texture.gather(finerHalf)) {}
+          half(texture.gather(finerHalf)), scale(meanOf(texture, finerScale)) {}
 };
 
-std::vector<CoarseGrid> coarseGrids(const TotalVariationBound& known, std::span<const float> diagonal, std::span<const float> gradient, std::span<const float> half) {
+std::vector<CoarseGrid> coarseGrids(const TotalVariationBound& known, std::span<const float> diagonal, std::span<const float> gradient, std::span<const float> half,
+                                    std::span<const float> scale) {
     std::vector<CoarseGrid> grids;
     if (known.empty()) // nothing connects texels: those that no path met would move with the others
         return grids;
     if (known.grid().width * known.grid().height > 1)
-        grids.emplace_back(known, diagonal, gradient, half);
+        grids.emplace_back(known, diagonal, gradient, half, scale);
     while (!grids.empty() && grids.back().known.grid().width * grids.back().known.grid().height > 1) {
         const CoarseGrid& last = grids.back();
-        CoarseGrid next(last.known, last.diagonal, last.gradient, last.half);
+        CoarseGrid next(last.known, last.diagonal, last.gradient, last.half, last.scale);
         grids.push_back(std::move(next));
     }
     return grids;
@@ -105,27 +118,27 @@ double signalShare(const SignalNoise& noise) {
     return whole > 0 ? std::clamp(noise.signal / whole, kLeastShare, 1.0) : 1;
 }
 
-void addCurvature(std::span<const double> product, float direction, Moments& moments) {
-    const bool first = moments.products++ == 0;
+void addCurvature(std::span<const double> product, const CurvatureDirection& direction, Moments& moments) {
+    const bool only = moments.products++ == 0 || !direction.light.empty();
     moments.peak = {};
     forEachEntry(product.size(), [&](std::size_t i) {
-        const float bound = boundOf(product[i], direction);
-        moments.second[i] = first ? bound : 0.5f * (moments.second[i] + bound);
+        const float bound = boundOf(product[i], direction[i]);
+        moments.second[i] = only ? bound : 0.5f * (moments.second[i] + bound);
     });
 }
 
-void addCurvature(std::span<const double> part, std::span<const double> largest, float direction, double share, Moments& moments) {
+void addCurvature(std::span<const double> part, std::span<const double> largest, const CurvatureDirection& direction, double share, Moments& moments) {
     moments.peak.resize(part.size());
     // What was measured before fades while all views are measured anew. The largest by no more than 0.6, until its view's turn comes: steps stay below twice
     // as long as they should be.
     const float mean = float(1 - share), peak = float(1 - 0.5 * share);
     forEachEntry(part.size(), [&](std::size_t i) {
-        moments.second[i] = mean * moments.second[i] + boundOf(part[i], direction);
-        moments.peak[i] = std::max(peak * moments.peak[i], boundOf(largest[i], direction));
+        moments.second[i] = mean * moments.second[i] + boundOf(part[i], direction[i]);
+        moments.peak[i] = std::max(peak * moments.peak[i], boundOf(largest[i], direction[i]));
     });
 }
 
-std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter) {
+std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter, double lightUnit) {
     const std::size_t count = parameter.entries();
     std::vector<float> g(count);
     const auto skipped = orderedSum<std::uint64_t>(count, kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -139,11 +152,16 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     std::vector<float> half(count);
     forEachEntry(count, [&](std::size_t i) { half[i] = usableOrZero(gradient.half[i]); });
     gradient.half = std::vector<double>(); // before the solver takes memory
+    std::vector<float> scale;
+    if (lightUnit > 0) {
+        scale.resize(count);
+        forEachEntry(count, [&](std::size_t i) { scale[i] = std::max(1.f, float(parameter.values[i] / lightUnit)); });
+    }
     const bool first = moments.steps++ == 0;
     const bool some = gradient.viewShare < 1 && !moments.peak.empty();
     const std::vector<float> own = some ? boundOfSome(moments, gradient.viewShare) : std::vector<float>();
     const std::span<const float> diagonal = some ? own : moments.second;
-    std::vector<CoarseGrid> grids = coarseGrids(known, diagonal, g, half);
+    std::vector<CoarseGrid> grids = coarseGrids(known, diagonal, g, half, scale);
     moments.noise.resize(grids.size() + 1);
 
     std::vector<float> step(count), left = g;
@@ -158,7 +176,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         for (std::size_t k = 1; k < level; ++k)
             gathered = grids[k].texture.gather(gathered);
         const CoarseGrid& grid = grids[level - 1];
-        std::vector<float> coarse = Grid{grid.known, grid.diagonal, grid.gradient, grid.half, moments.noise[level]}.step(std::move(gathered), rate, first);
+        std::vector<float> coarse = Grid{grid.known, grid.diagonal, grid.gradient, grid.half, moments.noise[level], grid.scale}.step(std::move(gathered), rate, first);
         for (std::size_t k = level - 1; k > 0; --k) {
             std::vector<float> finer(grids[k].texture.fine().entries());
             grids[k].texture.spread(coarse, finer);
@@ -170,7 +188,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         subtractStep();
     grids.clear();
     {
-        const std::vector<float> fine = Grid{known, diagonal, g, half, moments.noise[0]}.step(std::move(left), rate, first);
+        const std::vector<float> fine = Grid{known, diagonal, g, half, moments.noise[0], scale}.step(std::move(left), rate, first);
         forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
     }
     const auto share = float(signalShare(moments.noise[0]));
@@ -181,7 +199,8 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     const float least = some ? 0 : kMomentum, along = some ? 0 : kMomentum + (kMostMomentum - kMomentum) * share;
     forEachEntry(count, [&](std::size_t i) {
         const float wanted = (velocity[i] * step[i] < 0 ? along : least) * velocity[i] - step[i];
-        const float moved = std::clamp(values[i] + (wanted == wanted ? std::clamp(wanted, -reach, reach) : 0.f), lowest, highest);
+        const float most = scale.empty() ? reach : std::min(reach * scale[i], std::numeric_limits<float>::max());
+        const float moved = std::clamp(values[i] + (wanted == wanted ? std::clamp(wanted, -most, most) : 0.f), lowest, highest);
         velocity[i] = moved - values[i];
         values[i] = moved;
     });

@@ -5,6 +5,7 @@
 #include "optimize/optimizer.h"
 #include "optimize/regularizer.h"
 
+#include <algorithm>
 #include <span>
 
 namespace cmpg {
@@ -13,11 +14,23 @@ namespace cmpg {
 // negative entries and any positive vector d, the diagonal (H d)_i / d_i bounds H from above: steps of (D + L)^-1 g descend, with L the
 // bound of the total variation (TotalVariationBound). One image difference along d and one derivative pass of it give H d.
 //
-// Adds what such a product told: `product` = H d, `direction` = d. Moments::second is D; the second and later products count by half.
-void addCurvature(std::span<const double> product, float direction, Moments& moments);
+// d by entries: the same for all; of light in proportion to its values, for then D, times the values, is the same for all, and what is bright steps far.
+struct CurvatureDirection {
+    float step;                     // of all entries
+    std::span<const float> light{}; // values of light
+    float share = 0;                // of them that is moved
+    float operator[](std::size_t entry) const {
+        constexpr float kDark = 0.1f; // what is darker than this part of the unit moves as if it had so much
+        return light.empty() ? step : std::max(kDark * step, share * light[entry]);
+    }
+};
+
+// Adds what such a product told: `product` = H d. Moments::second is D; the second and later products count by half, those of light alone: earlier
+// ones were of other values.
+void addCurvature(std::span<const double> product, const CurvatureDirection& direction, Moments& moments);
 // Where steps do not see all views, each has its `part` of the mean over all, added up over steps, and the `largest` of its views. `share`: of the views
 // that it saw, of all, where they were measured before; 0 where they were not.
-void addCurvature(std::span<const double> part, std::span<const double> largest, float direction, double share, Moments& moments);
+void addCurvature(std::span<const double> part, std::span<const double> largest, const CurvatureDirection& direction, double share, Moments& moments);
 
 // The gradient of a step. All have entries() entries.
 struct NoisyGradient {
@@ -33,9 +46,9 @@ struct NoisyGradient {
 // gradient that is all noise next to nothing is followed, and steps of a noisy one average like 1/t. Noise cancels where a coarse texel adds up many, so what
 // they have in common arrives long before a texel's own value. An entry whose noise, of the last steps or of this one, would take it farther than
 // `rate` has a larger D: what few paths reach, and paths that are rare. Where L is 0 there is the texture's grid alone. Entries whose gradient is not finite
-// do not move by it; returns how many.
+// do not move by it; returns how many. `lightUnit`: of light, what its values are measured by; the rate of an entry that is brighter grows as its value does. 0: no light.
 std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments,
-                                  Parameter& parameter);
+                                  Parameter& parameter, double lightUnit = 0);
 
 // The share of the signal, from 0 to 1; 1 before anything was measured.
 double signalShare(const SignalNoise& noise);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "optimize/constant_block.h"
+#include "optimize/gauss_newton.h"
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
@@ -139,6 +140,8 @@ class Optimization {
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
+    // By which a parameter moves where curvature is measured; refers to its values.
+    CurvatureDirection curvatureDirection(std::size_t parameter) const;
     void addDiagonal(std::size_t parameter);
     void setImageValues(std::size_t view);
     std::size_t carriedViews() const;

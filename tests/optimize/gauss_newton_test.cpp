@@ -4,6 +4,7 @@
 #include "optimize/gauss_newton.h"
 #include "optimize/optimize.h"
 
+#include <bit>
 #include <gtest/gtest.h>
 #include <iostream>
 #include <numeric>
@@ -86,7 +87,7 @@ TEST_P(Quadratic, MinimumIsFound) {
         curvature[i] = GetParam() * std::pow(10, double(i % 7) - 3);
         product[i] = 0.05 * curvature[i];
     }
-    addCurvature(product, 0.05f, moments);
+    addCurvature(product, {0.05f}, moments);
     const auto farthest = [&] {
         double worst = 0;
         for (std::size_t i = 0; i < 48; ++i)
@@ -111,7 +112,7 @@ TEST(GaussNewton, FollowsNoNoise) {
     Moments moments = initialMoments(config, texture);
     const std::size_t count = texture.entries();
     std::vector<double> gradient(count), half(count);
-    addCurvature(std::vector<double>(count, 0.05), 0.05f, moments); // curvature 1
+    addCurvature(std::vector<double>(count, 0.05), {0.05f}, moments); // curvature 1
     std::mt19937 random(6);
     constexpr double kNoise = 0.1;
     std::normal_distribution<double> normal(0, kNoise * std::sqrt(2));
@@ -137,7 +138,7 @@ TEST(GaussNewton, FollowsWhatTexelsHaveInCommon) {
     Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
     const std::size_t count = texture.entries();
     std::vector<double> gradient(count), half(count);
-    addCurvature(std::vector<double>(count, 0.05), 0.05f, moments); // curvature 1
+    addCurvature(std::vector<double>(count, 0.05), {0.05f}, moments); // curvature 1
     std::mt19937 random(7);
     std::normal_distribution<double> normal(0, 4 * std::sqrt(2));
     for (int step = 0; step < 12; ++step) {
@@ -171,7 +172,7 @@ TEST(GaussNewton, StandsAnyGradient) {
         std::vector<double> product(48, 0.05), gradient(48, 0.1);
         product[1] = bad;
         gradient[0] = gradient[1] = bad;
-        addCurvature(product, 0.05f, moments);
+        addCurvature(product, {0.05f}, moments);
         TotalVariationBound known(texture);
         known.add(texture, 0.1, 0.01);
         EXPECT_EQ(updateByGaussNewton(0.02, {gradient, gradient}, known, moments, texture), 2u) << bad;
@@ -204,7 +205,7 @@ TEST(GaussNewton, ViewsInTurnsOvershootNowhere) {
             gradient[i] = curvature(view, i) * (double(texture.values[i]) - truth.values[i]);
         }
         if (step < 2)
-            addCurvature(part, largest, 0.05f, 0, moments);
+            addCurvature(part, largest, {0.05f}, 0, moments);
         const std::vector<float> before = texture.values;
         updateByGaussNewton(0.04, {gradient, none, 0.5}, TotalVariationBound(texture), moments, texture);
         for (std::size_t i = 0; i < 48; ++i)
@@ -359,6 +360,48 @@ TEST(GaussNewton, ReachesLightFromFarTooDark) {
         EXPECT_NEAR(found[i], truth[i], 0.02);
 }
 
+// The brightest texel of a sky of light, a thousand times as bright as the others, found from where all are alike. Pixels see half of the sky each, as matt surfaces
+// do. `own`: steps and curvature are measured by the values of texels, instead of by one unit for all.
+float recoveredSun(float truth, bool own) {
+    constexpr std::size_t kTexels = 64, kSun = 21;
+    Parameter sky = makeParameter("environment.radiance", SlotKind::Radiance, kTexels, 1, 1, 0.5f);
+    const auto curvature = [](std::span<const double> x) {
+        std::vector<double> image(kTexels), y(kTexels);
+        for (std::size_t p = 0; p < kTexels; ++p)
+            for (std::size_t k = 0; k < kTexels / 2; ++k)
+                image[p] += x[(p + k) % kTexels] / kTexels;
+        for (std::size_t p = 0; p < kTexels; ++p)
+            for (std::size_t k = 0; k < kTexels / 2; ++k)
+                y[(p + k) % kTexels] += image[p] / kTexels;
+        return y;
+    };
+    Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, sky);
+    const std::vector<double> noise(kTexels, 0.0);
+    for (std::uint32_t step = 0; step < 160; ++step) {
+        if (step == 0 || (step >= 8 && std::has_single_bit(step))) {
+            const CurvatureDirection direction{0.025f, own ? sky.values : std::span<const float>(), 0.05f};
+            std::vector<double> moved(kTexels);
+            for (std::size_t i = 0; i < kTexels; ++i)
+                moved[i] = direction[i];
+            addCurvature(curvature(moved), direction, moments);
+        }
+        std::vector<double> error(sky.values.begin(), sky.values.end());
+        for (std::size_t i = 0; i < kTexels; ++i)
+            error[i] -= i == kSun ? truth : truth / 1000;
+        const double unit = std::max(0.5, std::accumulate(sky.values.begin(), sky.values.end(), 0.0) / kTexels);
+        updateByGaussNewton(0.02 * unit, {curvature(error), noise}, TotalVariationBound(sky), moments, sky, own ? unit : 0);
+    }
+    EXPECT_EQ(std::max_element(sky.values.begin(), sky.values.end()) - sky.values.begin(), std::ptrdiff_t(kSun));
+    return sky.values[kSun];
+}
+
+TEST(GaussNewton, ReachesASun) {
+    constexpr float kTruth = 300;
+    const float found = recoveredSun(kTruth, true);
+    EXPECT_NEAR(found, kTruth, 0.1f * kTruth);
+    EXPECT_LT(std::abs(found - kTruth), 0.25f * std::abs(recoveredSun(kTruth, false) - kTruth));
+}
+
 // The prior of light has no unit of its own: twice as bright is recovered as twice the values. And it smoothes while images are noisy.
 TEST(GaussNewton, PriorOfLightIsTheSameAtAnyBrightness) {
     const std::vector<float> one = recoveredLight(1, 400, 0.3, 20), bright = recoveredLight(1024, 400, 0.3, 20), without = recoveredLight(1, 0, 0.3, 20);
@@ -386,7 +429,7 @@ TEST(GaussNewton, ReachesBlurredTexels) {
     };
     const auto curvature = [&](std::span<const double> x) { return blurred(blurred(x)); };
     std::vector<double> product = curvature(std::vector<double>(kTexels, 0.05)), error(kTexels);
-    addCurvature(product, 0.05f, moments);
+    addCurvature(product, {0.05f}, moments);
     const std::vector<double> noise(kTexels, 0.0);
     const auto truth = [](std::size_t i) { return i % 3 == 0 ? 0.7 : 0.4; };
     double squares = 0;
