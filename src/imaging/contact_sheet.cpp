@@ -2,18 +2,20 @@
 #include "imaging/contact_sheet.h"
 
 #include "imaging/exposure.h"
+#include "imaging/fitted_image.h"
 #include "imaging/loss_curve.h"
 #include "imaging/signed_colors.h"
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
 
 namespace cmpg {
 namespace {
 
 constexpr int kPanel = 256, kMargin = 12, kTitle = 30, kCaption = 18, kColumns = 4;
-constexpr int kStride = kPanel + kMargin, kRow = kCaption + kPanel + kSignedLegendHeight + kMargin;
+constexpr int kStride = kPanel + kMargin;
 constexpr int kTextRow = 22;
 constexpr double kTextSize = 20;
 constexpr std::size_t kMostConstants = 16;
@@ -31,6 +33,17 @@ Image shown(const Image& image, float factor, float offset = 0) {
     return result;
 }
 
+// Of the pictures of a row.
+int panelHeight(std::initializer_list<const Image*> images) {
+    int height = 1;
+    for (const Image* image : images)
+        if (!image->values.empty())
+            height = std::max(height, fittedSize(*image, kPanel, kPanel).height);
+    return height;
+}
+
+int rowHeight(int panel) { return kCaption + panel + kSignedLegendHeight + kMargin; }
+
 // As many characters as fit the width of a panel.
 std::string fitted(std::string text) {
     while (Drawing::textWidth(text) > kPanel)
@@ -44,11 +57,12 @@ void drawPicture(Drawing& drawing, int x, int y, const std::string& caption, con
         drawing.image(x, y + kCaption, kPanel, kPanel, picture);
 }
 
-void drawSigned(Drawing& drawing, int x, int y, const std::string& caption, const Image& image) {
+// `panel`: the height of the row's pictures.
+void drawSigned(Drawing& drawing, int x, int y, int panel, const std::string& caption, const Image& image) {
     const Image values = channelMean(image);
     const double scale = signedScale(values);
     drawPicture(drawing, x, y, caption, colorSigned(values, scale));
-    drawSignedLegend(drawing, x, y + kCaption + kPanel + 4, kPanel, scale);
+    drawSignedLegend(drawing, x, y + kCaption + panel + 4, kPanel, scale);
 }
 
 Image difference(const Image& a, const Image& b) {
@@ -58,23 +72,28 @@ Image difference(const Image& a, const Image& b) {
     return result;
 }
 
-void drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float factor) {
+// Rows return their heights.
+int drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float factor) {
+    const int panel = panelHeight({&view.target, &view.initial, &view.recovered});
     const std::string suffix = view.name.empty() ? "" : ", " + view.name;
     drawPicture(drawing, column(0), y, "target" + suffix, shown(view.target, factor));
     drawPicture(drawing, column(1), y, "initial", shown(view.initial, factor));
     drawPicture(drawing, column(2), y, "recovered", shown(view.recovered, factor));
     if (!view.recovered.values.empty())
-        drawSigned(drawing, column(3), y, "recovered - target, mean of the channels", difference(view.recovered, view.target));
+        drawSigned(drawing, column(3), y, panel, "recovered - target, mean of the channels", difference(view.recovered, view.target));
+    return rowHeight(panel);
 }
 
 // Normals are shown as they are kept in files; light, which has no upper bound, with one exposure at both ends.
-void drawTexture(Drawing& drawing, int y, const ContactSheet::ParameterRow& row) {
+int drawTexture(Drawing& drawing, int y, const ContactSheet::ParameterRow& row) {
+    const int panel = panelHeight({&row.start, &row.end, &row.gradient});
     const bool normal = row.kind == SlotKind::Normal, light = emitsLight(row.kind);
     const float factor = normal ? 0.5f : light ? exposureFor({&row.start, &row.end}) : 1.f, offset = normal ? 0.5f : 0.f;
     drawPicture(drawing, column(0), y, row.name + ", start", shown(row.start, factor, offset));
     drawPicture(drawing, column(1), y, row.name + ", end", shown(row.end, factor, offset));
-    drawSigned(drawing, column(2), y, "change, mean of the channels", difference(row.end, row.start));
-    drawSigned(drawing, column(3), y, "gradient of the last step, mean of the channels", row.gradient);
+    drawSigned(drawing, column(2), y, panel, "change, mean of the channels", difference(row.end, row.start));
+    drawSigned(drawing, column(3), y, panel, "gradient of the last step, mean of the channels", row.gradient);
+    return rowHeight(panel);
 }
 
 std::string numbers(const Image& image) {
@@ -112,25 +131,28 @@ Image ContactSheet::compose() const {
     const std::size_t allConstants = constants.size();
     textures.resize(std::min(textures.size(), kMostRows));
     constants.resize(std::min(constants.size(), kMostConstants));
-    const int viewRows = int(std::min(views.size(), kMostRows)), rows = std::max(1, viewRows + int(textures.size()));
+    const std::span someViews(views.data(), std::min(views.size(), kMostRows));
+    int pictures = 0;
+    for (const ViewRow& row : someViews)
+        pictures += rowHeight(panelHeight({&row.target, &row.initial, &row.recovered}));
+    for (const ParameterRow* row : textures)
+        pictures += rowHeight(panelHeight({&row->start, &row->end, &row->gradient}));
     const int text = constants.empty() ? 0 : kTextRow * int(1 + constants.size() + (allConstants > constants.size())) + kMargin;
 
     // The loss has a column of its own, as high as it is wide.
-    Drawing drawing(Drawing::Target::Picture, kMargin + (kColumns + 1) * kStride, kTitle + rows * kRow + text);
+    Drawing drawing(Drawing::Target::Picture, kMargin + (kColumns + 1) * kStride, kTitle + std::max(pictures + text, rowHeight(kPanel)));
     drawing.label(kMargin, kMargin / 2, title, "#000000", kTextSize);
     std::vector<const Image*> targets;
     for (const ViewRow& row : views)
         targets.push_back(&row.target);
     const float factor = exposureFor(targets);
     int y = kTitle;
-    for (int row = 0; row < viewRows; ++row, y += kRow)
-        drawView(drawing, y, views[row], factor);
-    for (const ParameterRow* row : textures) {
-        drawTexture(drawing, y, *row);
-        y += kRow;
-    }
+    for (const ViewRow& row : someViews)
+        y += drawView(drawing, y, row, factor);
+    for (const ParameterRow* row : textures)
+        y += drawTexture(drawing, y, *row);
     if (!constants.empty())
-        drawConstants(drawing, kTitle + rows * kRow, constants, allConstants);
+        drawConstants(drawing, y, constants, allConstants);
     drawing.label(column(kColumns), kTitle, lossError.empty() ? "loss" : "loss, band: one standard error");
     drawLossCurve(drawing, column(kColumns), kTitle + kCaption, kPanel, kPanel, loss, lossError);
     return drawing.picture();

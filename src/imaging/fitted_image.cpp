@@ -27,12 +27,16 @@ Color boxMean(const Image& image, double x0, double y0, double x1, double y1) {
 
 } // namespace
 
-Image fittedImage(const Image& image, int width, int height) {
+FittedSize fittedSize(const Image& image, int width, int height) {
     double scale = std::min(double(width) / image.width, double(height) / image.height);
     if (scale > 1)
         scale = std::floor(scale); // whole blocks, so that pixels stay visible as such
-    Image result(std::max(1, int(image.width * scale)), std::max(1, int(image.height * scale)), 3);
-    const int w = result.width, h = result.height;
+    return {std::max(1, int(image.width * scale)), std::max(1, int(image.height * scale))};
+}
+
+Image fittedImage(const Image& image, int width, int height) {
+    const auto [w, h] = fittedSize(image, width, height);
+    Image result(w, h, 3);
     for (int j = 0; j < h; ++j)
         for (int i = 0; i < w; ++i) {
             const Color mean = boxMean(image, double(i) * image.width / w, double(j) * image.height / h, double(i + 1) * image.width / w,

@@ -176,7 +176,7 @@ bool Optimization::measuresDiagonal(std::size_t i) const {
     if (!usesDiagonal(i))
         return false;
     const ViewOrder order = viewOrder();
-    const std::uint32_t start = state_.moments[i].start, growth = scene_.parameters[parameters_[i]].isLight() ? kGrowthOfLight : kGrowth;
+    const std::uint32_t start = state_.moments[i].start, growth = emitsLight(scene_.parameters[parameters_[i]].kind) ? kGrowthOfLight : kGrowth;
     if (!order.seesAll(state_.step))
         return measuresCurvature(ordersSeen(i), growth);
     return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()), growth);
@@ -247,7 +247,7 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
 CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {
     const Parameter& parameter = scene_.parameters[parameters_[i]];
     CurvatureDirection direction{kCurvatureStep * state_.moments[i].unit};
-    if (usesDiagonal(i) && parameter.isLight()) {
+    if (usesDiagonal(i) && emitsLight(parameter.kind)) {
         direction.light = parameter.values;
         direction.share = kCurvatureStep;
     }
@@ -269,7 +269,7 @@ void Optimization::stepConstants(double factor) {
     const auto value = [&](std::size_t i, std::size_t entry) { return double(scene_.parameters[parameters_[i]].values[entry]); };
     const auto reach = [&](std::size_t i, std::size_t entry) {
         const Parameter& parameter = scene_.parameters[parameters_[i]];
-        const double unit = state_.moments[i].unit, length = !parameter.isLight() ? unit : std::max(unit, kLightReach * value(i, entry));
+        const double unit = state_.moments[i].unit, length = emitsLight(parameter.kind) ? std::max(unit, kLightReach * value(i, entry)) : unit;
         return std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
     };
     const auto down = [&](std::size_t i, std::size_t entry) {

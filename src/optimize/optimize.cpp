@@ -94,7 +94,7 @@ double expectedLoss(Loss loss, const RunningImage& image, const Target& target, 
 double priorUnit(const Parameter& parameter) {
     if (parameter.kind == SlotKind::Normal)
         return 0;
-    if (!parameter.isLight())
+    if (!emitsLight(parameter.kind))
         return 1;
     const double sum = orderedSum<double>(parameter.values.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
         return std::accumulate(parameter.values.begin() + std::ptrdiff_t(begin), parameter.values.begin() + std::ptrdiff_t(end), 0.0);
@@ -409,9 +409,9 @@ std::uint64_t Optimization::move(std::size_t i, double factor) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
     if (method(i) == OptimizerKind::GaussNewton) {
-        const double unit = parameter.isLight() ? std::max(double(moments.unit), priorUnit(parameter)) : moments.unit; // light may have begun too dark
+        const double unit = emitsLight(parameter.kind) ? std::max(double(moments.unit), priorUnit(parameter)) : moments.unit; // light may have begun too dark
         return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter,
-                                   parameter.isLight() ? unit : 0);
+                                   emitsLight(parameter.kind) ? unit : 0);
     }
     return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
 }

@@ -91,8 +91,6 @@ float Parameter::lowest() const { return kind == SlotKind::Normal ? -highest() :
 
 float Parameter::highest() const { return kSlots[std::size_t(kind)].highest; }
 
-bool Parameter::isLight() const { return highest() == kUnbounded; }
-
 std::uint32_t Scene::parameter(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (parameters[i].name == name) return std::uint32_t(i);

@@ -56,7 +56,6 @@ struct Parameter {
     // Range of the values: [0,1], [0,inf) or [-1,1]; see docs/conventions.md.
     float lowest() const;
     float highest() const;
-    bool isLight() const; // emission or radiance: values have no upper end, and images are linear in them
 };
 
 // How a material scatters light. What its slots mean, by model:

@@ -75,6 +75,24 @@ TEST(ContactSheet, ShowsItsPanels) {
     EXPECT_GT(picture.at(12 + 3 * 268 + 128, below)[0], picture.at(12 + 3 * 268 + 128, below)[2]); // gradient: positive, orange
 }
 
+// Rows are as high as their pictures, with what belongs to a row right below it.
+TEST(ContactSheet, ShowsWidePicturesInLowRows) {
+    const auto sheetOf = [](int width, int height) {
+        ContactSheet sheet;
+        for (int row = 0; row < 3; ++row)
+            sheet.views.push_back({"", Image(width, height, 3, 0.9f), Image(width, height, 3, 0.1f), Image(width, height, 3, 0.7f)});
+        sheet.parameters.push_back({"sky", SlotKind::Radiance, Image(64, 32, 3, 0.5f), Image(64, 32, 3, 0.2f), Image(64, 32, 3, 1e-4f)});
+        return sheet.compose();
+    };
+    EXPECT_EQ(sheetOf(64, 64).height - sheetOf(64, 32).height, 3 * 128);
+    EXPECT_EQ(sheetOf(64, 64).height, sheetOf(32, 64).height);
+    const Image sheet = sheetOf(64, 32);
+    const int below = 30 + (18 + 128 + 24 + 12) + 18 + 64; // the middle of the second row
+    EXPECT_EQ(pngCode(sheet.at(12 + 268 + 128, below)[0]), pngCode(0.1f));
+    const int legend = 30 + 18 + 128 + 4 + 4;
+    EXPECT_GT(sheet.at(12 + 3 * 268 + 8, legend)[2], sheet.at(12 + 3 * 268 + 8, legend)[0] + 0.2f); // its blue end
+}
+
 int darkPixels(const Image& image, int top) {
     int count = 0;
     for (int y = top; y < image.height; ++y)
