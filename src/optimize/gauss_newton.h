@@ -14,7 +14,8 @@ namespace cmpg {
 // negative entries and any positive vector d, the diagonal (H d)_i / d_i bounds H from above: steps of (D + L)^-1 g descend, with L the
 // bound of the total variation (TotalVariationBound). One image difference along d and one derivative pass of it give H d.
 //
-// d by entries: the same for all; of light in proportion to its values, for then D, times the values, is the same for all, and what is bright steps far.
+// d by entries: the same for all, or, of light, its values. D is then smaller the brighter an entry is. With equal d, where all entries light the same
+// pixels, the many dark ones would hold back a bright one.
 struct CurvatureDirection {
     float step;                     // of all entries
     std::span<const float> light{}; // values of light
@@ -25,8 +26,8 @@ struct CurvatureDirection {
     }
 };
 
-// Adds what such a product told: `product` = H d. Moments::second is D; the second and later products count by half, those of light alone: earlier
-// ones were of other values.
+// Adds what such a product told: `product` = H d. Moments::second is D. The second and later products count by half; of light the last one counts
+// alone, since earlier ones were of other values.
 void addCurvature(std::span<const double> product, const CurvatureDirection& direction, Moments& moments);
 // Where steps do not see all views, each has its `part` of the mean over all, added up over steps, and the `largest` of its views. `share`: of the views
 // that it saw, of all, where they were measured before; 0 where they were not.
