@@ -14,8 +14,6 @@ namespace {
 
 constexpr const char* kHelp = "see cmpg-vk --help";
 
-std::string remedy(const std::string& meant) { return meant.empty() ? kHelp : "did you mean " + meant + "? " + kHelp; }
-
 void addOptions(const CLI::App& app, std::vector<std::string>& names) {
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames())
@@ -37,7 +35,7 @@ Error unknownOption(const CLI::App& app, const CLI::App* command, const std::str
     addOptions(app, known);
     if (command)
         addOptions(*command, known);
-    return {ErrorKind::Usage, what, "", remedy(likelyMeant(std::move(known), option))};
+    return {ErrorKind::Usage, what, "", didYouMean(std::move(known), option) + kHelp};
 }
 
 } // namespace

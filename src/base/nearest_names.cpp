@@ -39,4 +39,9 @@ std::string likelyMeant(std::vector<std::string> names, const std::string& name)
     return !near.empty() && 3 * editDistance(near.front(), name) <= name.size() ? near.front() : std::string();
 }
 
+std::string didYouMean(std::vector<std::string> names, const std::string& name) {
+    const std::string meant = likelyMeant(std::move(names), name);
+    return meant.empty() ? "" : "did you mean " + meant + "? ";
+}
+
 } // namespace cmpg

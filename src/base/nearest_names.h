@@ -15,5 +15,7 @@ std::vector<std::string> nearestNames(std::vector<std::string> names, const std:
 
 // The nearest, if at most a third of the letters of `name` are wrong: else it would be a guess. Empty: none.
 std::string likelyMeant(std::vector<std::string> names, const std::string& name);
+// The same as the beginning of a remedy: "did you mean ...? ", or nothing.
+std::string didYouMean(std::vector<std::string> names, const std::string& name);
 
 } // namespace cmpg

@@ -42,6 +42,9 @@ int panelHeight(std::initializer_list<const Image*> images) {
     return height;
 }
 
+int panelHeight(const ContactSheet::ViewRow& row) { return panelHeight({&row.target, &row.initial, &row.recovered}); }
+int panelHeight(const ContactSheet::ParameterRow& row) { return panelHeight({&row.start, &row.end, &row.gradient}); }
+
 int rowHeight(int panel) { return kCaption + panel + kSignedLegendHeight + kMargin; }
 
 // As many characters as fit the width of a panel.
@@ -74,7 +77,7 @@ Image difference(const Image& a, const Image& b) {
 
 // Rows return their heights.
 int drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float factor) {
-    const int panel = panelHeight({&view.target, &view.initial, &view.recovered});
+    const int panel = panelHeight(view);
     const std::string suffix = view.name.empty() ? "" : ", " + view.name;
     drawPicture(drawing, column(0), y, "target" + suffix, shown(view.target, factor));
     drawPicture(drawing, column(1), y, "initial", shown(view.initial, factor));
@@ -86,7 +89,7 @@ int drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float f
 
 // Normals are shown as they are kept in files; light, which has no upper bound, with one exposure at both ends.
 int drawTexture(Drawing& drawing, int y, const ContactSheet::ParameterRow& row) {
-    const int panel = panelHeight({&row.start, &row.end, &row.gradient});
+    const int panel = panelHeight(row);
     const bool normal = row.kind == SlotKind::Normal, light = emitsLight(row.kind);
     const float factor = normal ? 0.5f : light ? exposureFor({&row.start, &row.end}) : 1.f, offset = normal ? 0.5f : 0.f;
     drawPicture(drawing, column(0), y, row.name + ", start", shown(row.start, factor, offset));
@@ -134,9 +137,9 @@ Image ContactSheet::compose() const {
     const std::span someViews(views.data(), std::min(views.size(), kMostRows));
     int pictures = 0;
     for (const ViewRow& row : someViews)
-        pictures += rowHeight(panelHeight({&row.target, &row.initial, &row.recovered}));
+        pictures += rowHeight(panelHeight(row));
     for (const ParameterRow* row : textures)
-        pictures += rowHeight(panelHeight({&row->start, &row->end, &row->gradient}));
+        pictures += rowHeight(panelHeight(*row));
     const int text = constants.empty() ? 0 : kTextRow * int(1 + constants.size() + (allConstants > constants.size())) + kMargin;
 
     // The loss has a column of its own, as high as it is wide.

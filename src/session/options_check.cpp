@@ -110,8 +110,7 @@ std::string commandLike(const std::string& word) {
     for (const auto& command : kCommands)
         if (command.value != Command::ListDevices && command.value != Command::Version) // flags
             names.emplace_back(command.name);
-    const std::string meant = likelyMeant(std::move(names), word);
-    return meant.empty() ? "" : "did you mean " + meant + "? ";
+    return didYouMean(std::move(names), word);
 }
 
 void validateOpen(const Options& o) {

@@ -1,0 +1,278 @@
+// Recoveries of a linear model by Gauss-Newton: beside Adam, the prior, clipped targets, light, some of many views.
+#include "linear_model.h"
+#include "base/error.h"
+#include "optimize/optimize.h"
+
+#include <gtest/gtest.h>
+#include <iostream>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+namespace cmpg::test {
+namespace {
+
+OptimizeConfig newtonConfig(OptimizerKind kind) {
+    OptimizeConfig config;
+    config.optimizer.kind = kind;
+    config.optimizer.rates.fill(0.04f);
+    config.sppDifference = 8;
+    config.targets = makeTargets(2, 16, 16);
+    return config;
+}
+
+double errorAfter(OptimizerKind kind, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.3);
+    Optimization run(model, scene, newtonConfig(kind), {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
+    EXPECT_LT(errorAfter(OptimizerKind::Auto, 20), 0.5 * errorAfter(OptimizerKind::Adam, 20));
+    EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
+}
+
+// Of targets that are clipped at the mean of their values, and say so or not.
+double errorOfClipped(bool told, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.05);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    for (Target& target : config.targets) {
+        std::vector<float>& values = target.image.values;
+        const float limit = std::accumulate(values.begin(), values.end(), 0.f) / float(values.size());
+        for (float& value : values) {
+            if (told)
+                target.clipped.push_back(value >= limit);
+            value = std::min(value, limit);
+        }
+    }
+    Optimization run(model, scene, config, {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+TEST(GaussNewton, LooksBeyondWhatIsClipped) {
+    EXPECT_LT(errorOfClipped(true, 60), 0.02);
+    EXPECT_GT(errorOfClipped(false, 60), 0.1);
+}
+
+// Per pixel, of the images that steps bring up to date, in a recovery of one view.
+std::vector<double> imageSamples(double noise, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 1, 16, 16, noise);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets = makeTargets(1, 16, 16);
+    Optimization run(model, scene, config, {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    std::vector<double> samples;
+    for (const LinearModel::Call& call : model.calls)
+        if (call.kind == 'p' && call.key.firstSample > 0) // the first image has none before it
+            samples.push_back(double(call.samples) / (16 * 16));
+    return samples;
+}
+
+TEST(GaussNewton, ImagesGetSamplesWhenNoiseIsWhatIsLeft) {
+    const std::vector<double> noisy = imageSamples(0.3, 40), clean = imageSamples(0, 40);
+    ASSERT_EQ(noisy.size(), 39u);
+    ASSERT_EQ(clean.size(), 39u);
+    EXPECT_GT(noisy.back(), 7); // of 8
+    for (const double samples : clean)
+        EXPECT_NEAR(samples, 5, 0.3); // between 2 and 8 while gradients are signal
+}
+
+double errorAfter(std::vector<Target> targets, double prior, double noise, std::uint32_t steps) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, noise);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets = std::move(targets);
+    config.prior = prior;
+    Optimization run(model, scene, config, {0, 1});
+    while (run.state().step < steps)
+        run.step();
+    return rmsError(scene);
+}
+
+// Images are trusted by their noise: the prior pulls noticeably at values while little is known, and no longer when images have told them.
+TEST(GaussNewton, PriorFadesAsImagesGetPrecise) {
+    const std::vector<Target> targets = makeTargets(2, 16, 16);
+    EXPECT_LT(errorAfter(targets, 8, 0, 100), 1e-3);
+    const double early = errorAfter(targets, 8, 0.3, 10), late = errorAfter(targets, 8, 0.3, 160);
+    EXPECT_LT(late, 0.3 * early);
+}
+
+// The prior's weight follows from how far images are off: by the noise of a target as well, which no samples take away.
+TEST(GaussNewton, PriorStaysWhereTargetsAreNoisy) {
+    const auto weight = [](double off) {
+        Scene scene = makeScene();
+        LinearModel model(scene, 2, 16, 16, 0);
+        OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+        config.prior = 8;
+        std::mt19937 random(8);
+        std::normal_distribution<float> normal(0, 1);
+        for (Target& target : config.targets)
+            for (float& value : target.image.values)
+                value += float(off) * normal(random);
+        Optimization run(model, scene, config, {0, 1});
+        while (run.state().step < 60)
+            run.step();
+        std::vector<double> ignored(scene.parameters[0].entries());
+        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorEpsilon);
+        return run.step().regularizer / variation;
+    };
+    constexpr double kOff = 0.02, kEntries = 48, kValues = 2 * 16 * 16 * 3;
+    EXPECT_NEAR(weight(kOff) / (8 * kEntries * 2 * kOff * kOff / kValues), 1, 0.2);
+    EXPECT_LT(weight(0), 0.1 * weight(kOff));
+}
+
+// A texture of light, recovered from one noisy view that shows it `brightness` times as bright, from a hundredth of that.
+std::vector<float> recoveredLight(float brightness, double prior, double noise, std::uint32_t steps) {
+    const auto scene = [&](bool truth) {
+        Scene made;
+        made.parameters.push_back(makeParameter("lamp.emission", SlotKind::Emission, 4, 4, 3, 0.01f * brightness));
+        const std::vector<float> values = makeTruth().parameters[0].values;
+        for (std::size_t i = 0; truth && i < values.size(); ++i)
+            made.parameters[0].values[i] = values[i] * brightness;
+        return made;
+    };
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.prior = prior;
+    config.targets.resize(1);
+    config.targets[0].image = LinearModel(scene(true), 1, 16, 16, 0).render(0, 1, {});
+    Scene made = scene(false);
+    LinearModel model(made, 1, 16, 16, noise);
+    Optimization run(model, made, config, {0});
+    while (run.state().step < steps)
+        run.step();
+    return made.parameters[0].values;
+}
+
+TEST(GaussNewton, ReachesLightFromFarTooDark) {
+    const std::vector<float> truth = makeTruth().parameters[0].values, found = recoveredLight(1, 0, 0, 40);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        EXPECT_NEAR(found[i], truth[i], 0.02);
+}
+
+// The prior of light has no unit of its own: twice as bright is recovered as twice the values. And it smoothes while images are noisy.
+TEST(GaussNewton, PriorOfLightIsTheSameAtAnyBrightness) {
+    const std::vector<float> one = recoveredLight(1, 400, 0.3, 20), bright = recoveredLight(1024, 400, 0.3, 20), without = recoveredLight(1, 0, 0.3, 20);
+    for (std::size_t i = 0; i < one.size(); ++i)
+        EXPECT_NEAR(bright[i] / 1024, one[i], 1e-4);
+    const auto variation = [](const std::vector<float>& values) {
+        Parameter texture = makeParameter("lamp.emission", SlotKind::Emission, 4, 4, 3, 0);
+        texture.values = values;
+        std::vector<double> ignored(texture.entries());
+        return addTotalVariation(texture, 1, ignored);
+    };
+    EXPECT_LT(variation(one), 0.9 * variation(without));
+}
+
+// Pixels that answer to the parameters get the samples, every pixel one at least, and all together about as many as asked for.
+TEST(GaussNewton, ImagesAreSampledWhereTheyAnswer) {
+    Scene scene = makeScene();
+    LinearModel model(scene, 2, 16, 16, 0.3);
+    Optimization run(model, scene, newtonConfig(OptimizerKind::Auto), {0, 1});
+    run.step();
+    model.calls.clear();
+    run.step();
+    ASSERT_EQ(run.state().pixelShares.size(), 2u);
+    std::uint64_t paths = 0;
+    for (const LinearModel::Call& call : model.calls)
+        paths += call.kind == 'p' && call.key.step < 2 ? call.samples : 0; // beside those that measure the curvature
+    EXPECT_GT(double(paths), 2.0 * 5 * 256 * 0.9); // half of the samples, and more by the share of noise
+    EXPECT_LT(double(paths), 2.0 * 8 * 256 * 1.1);
+}
+
+// Error after as many passes of a view as `steps` of all six take, of a texture alone.
+double errorOfViews(std::uint32_t viewsPerStep, std::uint32_t steps, double noise, std::size_t imageBytes = std::size_t(1) << 20) {
+    Scene scene = makeScene(), truth = makeTruth();
+    scene.parameters.pop_back();
+    truth.parameters.pop_back();
+    LinearModel model(scene, 6, 16, 16, noise), exact(truth, 6, 16, 16, 0);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets.resize(6);
+    for (std::size_t view = 0; view < 6; ++view)
+        config.targets[view].image = exact.render(view, 1, {});
+    config.viewsPerStep = viewsPerStep;
+    config.imageBytes = imageBytes;
+    Optimization run(model, scene, config, {0});
+    const ViewOrder order(config.seed, 6, viewsPerStep);
+    while (order.seenBefore(run.state().step) < 6 * steps)
+        run.step();
+    double squares = 0;
+    for (std::size_t i = 0; i < 48; ++i)
+        squares += std::pow(double(scene.parameters[0].values[i]) - truth.parameters[0].values[i], 2) / 48;
+    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> keys;
+    for (const LinearModel::Call& call : model.calls) {
+        EXPECT_TRUE(keys.emplace(call.key.step, call.key.pass, call.key.firstSample).second) << "random numbers used twice";
+    }
+    std::cout << viewsPerStep << " views a step, error " << std::sqrt(squares) << '\n';
+    return std::sqrt(squares);
+}
+
+TEST(GaussNewton, ComesNearerWithFewViewsAtFirst) {
+    for (const double noise : {0.0, 0.3}) {
+        const double all = errorOfViews(6, 3, noise);
+        EXPECT_LT(errorOfViews(1, 3, noise), 0.7 * all) << noise;
+        EXPECT_LT(errorOfViews(0, 3, noise), 0.7 * all) << noise;
+    }
+    EXPECT_LT(errorOfViews(0, 20, 0.3), 1.2 * errorOfViews(6, 20, 0.3)); // and no farther at last
+}
+
+TEST(GaussNewton, CarriesImagesOfAsManyViewsAsMemoryAllows) {
+    for (const std::uint32_t viewsPerStep : {1u, 6u}) {
+        Scene scene = makeScene(), truth = makeTruth();
+        LinearModel model(scene, 6, 16, 16, 0.3), exact(truth, 6, 16, 16, 0);
+        OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+        config.targets.resize(6);
+        for (std::size_t view = 0; view < 6; ++view)
+            config.targets[view].image = exact.render(view, 1, {});
+        config.viewsPerStep = viewsPerStep;
+        const std::size_t image = RunningImage::bytes(256), values = 4 * (scene.parameters[0].entries() + scene.parameters[1].entries());
+        config.imageBytes = 3 * image + (viewsPerStep == 1 ? 3 : 1) * values; // values of a step that sees all views are of all images
+        Optimization run(model, scene, config, {0, 1});
+        for (int step = 0; step < 12; ++step)
+            run.step();
+        std::set<const StepValues*> sets;
+        for (std::size_t view = 0; view < 6; ++view) {
+            EXPECT_EQ(run.state().images[view].empty(), view >= 3) << view;
+            EXPECT_EQ(run.state().imageValues[view] == nullptr, view >= 3) << view;
+            sets.insert(run.state().imageValues[view].get());
+        }
+        EXPECT_EQ(sets.size(), viewsPerStep == 1 ? 4u : 2u); // with none
+    }
+}
+
+// Images beyond the memory for them begin anew, with random numbers of their own: their noise is larger, and still not what the values fit.
+TEST(GaussNewton, RecoversWhereImagesBeginAnew) { EXPECT_LT(errorOfViews(1, 20, 0.3, 0), 4 * errorOfViews(1, 20, 0.3)); }
+
+TEST(GaussNewton, SaysWhatItNeeds) {
+    const auto refused = [](auto&& change) {
+        OptimizeConfig config = newtonConfig(OptimizerKind::GaussNewton);
+        change(config);
+        Scene scene = makeScene();
+        LinearModel model(scene, 2, 16, 16, 0.3);
+        try {
+            Optimization run(model, scene, config, {0, 1});
+            return false;
+        } catch (const Error& error) {
+            return error.kind == ErrorKind::Usage && !error.remedy.empty();
+        }
+    };
+    EXPECT_FALSE(refused([](OptimizeConfig&) {}));
+    EXPECT_TRUE(refused([](OptimizeConfig& c) { c.loss = Loss::L1; }));
+    EXPECT_TRUE(refused([](OptimizeConfig& c) { c.sppDifference = 0; }));
+    EXPECT_FALSE(refused([](OptimizeConfig& c) { c.viewsPerStep = 1; }));
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, true), OptimizerKind::GaussNewton);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, false), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Roughness, true), OptimizerKind::GaussNewton);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Normal, true), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Sgd, SlotKind::BaseColor, true), OptimizerKind::Sgd);
+}
+
+} // namespace
+} // namespace cmpg::test
