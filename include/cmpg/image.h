@@ -26,7 +26,7 @@ struct Image {
 
 namespace cmpg::v1 {
 
-// Reads .exr, .hdr, .png or .jpg by content, as 3 channels; 8-bit files are decoded from sRGB. Error(Input) on anything malformed, or larger than
+// Reads .exr, .hdr, .png or .jpg by content, as 3 channels; .png and .jpg are decoded from sRGB. Error(Input) on anything malformed, or larger than
 // 2^28 pixels.
 Image loadImage(const std::filesystem::path& file);
 

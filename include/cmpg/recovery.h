@@ -28,8 +28,8 @@ struct Target {
 
     static constexpr std::size_t kMostBytes = std::size_t(256) << 20; // of values that the command line and Python hold, before they stream the rest
 
-    // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; values at the maximum of
-    // an 8-bit file are lower bounds. Values are multiplied by 2^exposure. Error(Input) where no pixel is left.
+    // Reads .exr, .hdr, .png or .jpg. Alpha weights pixels, and so does the mean channel of the image `mask`; the largest
+    // values of .png and .jpg are lower bounds. Pixels that are not finite have no weight. Values are multiplied by 2^exposure. Error(Input) where no pixel is left.
     static Target load(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
     // The same, but its values stay in the file: it has the image's size, and `read`.
     static Target stream(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);

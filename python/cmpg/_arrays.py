@@ -60,7 +60,7 @@ def as_image(array: npt.NDArray[np.float32]) -> Image:
 
 
 def load_image(file: Path) -> Image:
-    """Reads .exr, .hdr, .png or .jpg as (height, width, 3); 8-bit files are decoded from sRGB.
+    """Reads .exr, .hdr, .png or .jpg as (height, width, 3); .png and .jpg are decoded from sRGB.
 
     Raises:
         InputError: the file is missing or malformed.

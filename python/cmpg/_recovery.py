@@ -32,7 +32,7 @@ class Recovery(Iterator[RecoveryStep]):
     Args:
         scene: where it begins.
         target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name or by a Camera. Alpha of a file weights its
-            pixels; values that are not finite have no weight, and those at the maximum of an 8-bit file are lower bounds. Files beyond
+            pixels; pixels that are not finite have no weight, and the largest values of .png and .jpg are lower bounds. Files beyond
             256 MiB in all are read when a step sees them.
         param: names or globs of what is recovered.
         device: where; None: the scene's.

@@ -40,7 +40,7 @@ std::optional<float> betterExposure(const Image& image, float exposure) {
 
 ExitStatus runView(const Options& options, Report& report) {
     requireWritableFile(options.output, ".png");
-    const Image image = readImage(options.input, false, std::size_t(1) << 28, options.layer).image;
+    const Image image = readImage(options.input, {.layer = options.layer}).image;
     report.width = image.width;
     report.height = image.height;
     if (options.isSigned) {

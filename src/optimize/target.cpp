@@ -33,7 +33,7 @@ std::vector<std::uint8_t> perChannel(const std::vector<std::uint8_t>& flags, int
 
 // Multiplies the weights by the mean channel of an image.
 void applyMask(Target& target, const std::filesystem::path& file) {
-    const Image mask = threeChannels(readImage(file, true).image);
+    const Image mask = threeChannels(readImage(file, {.linear = true, .finite = false}).image);
     if (mask.width != target.image.width || mask.height != target.image.height)
         throw Error(ErrorKind::Input,
                     "mask " + file.string() + " is " + sizeText(mask.width, mask.height) + ", its target " + target.name + " is " +
@@ -48,7 +48,7 @@ void applyMask(Target& target, const std::filesystem::path& file) {
 } // namespace
 
 Target loadTarget(const std::filesystem::path& file, const TargetOptions& options) {
-    ReadImage read = readImage(file);
+    ReadImage read = readImage(file, {.finite = false});
     Target target;
     target.name = file.string();
     if (std::any_of(read.clipped.begin(), read.clipped.end(), [](std::uint8_t c) { return c != 0; }))

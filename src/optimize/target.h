@@ -17,7 +17,7 @@ struct Target {
     std::string name; // file it came from, for messages
     Image image;      // 3 channels, linear
     std::vector<float> mask;   // weight per pixel in [0,1], or empty for 1 everywhere
-    std::vector<std::uint8_t> clipped; // 1 for values at the maximum of an 8-bit file, which are lower bounds; or empty for none
+    std::vector<std::uint8_t> clipped; // 1 for values at the largest code of a .png or .jpg file, which are lower bounds; or empty for none
     std::uint64_t invalid = 0; // pixels left out because they are not finite
     // Where the image has a size and no values: gives all of it, whenever a step needs it (LoadedTarget), and its digest.
     std::function<Target()> read{};

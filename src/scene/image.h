@@ -14,14 +14,18 @@ namespace cmpg {
 struct ReadImage {
     Image image;            // 1, 3 channels; linear
     std::vector<float> alpha; // empty when the file has none; else one value per pixel in [0,1]
-    bool eightBit = false;  // decoded from 8-bit sRGB; values at 0 or 255 may be clipped
-    std::vector<std::uint8_t> clipped; // eightBit: 1 for values at 255
+    std::vector<std::uint8_t> clipped; // of .png and .jpg: 1 for values at the largest code; else empty
 };
 
-// Reads .exr .hdr .png .jpg by content. 8-bit files are sRGB-decoded unless `linear`. Throws Error(Input) on anything malformed
-// or larger than `maxPixels`. `layer`: of an EXR file with several.
-ReadImage readImage(const std::filesystem::path& file, bool linear = false, std::size_t maxPixels = std::size_t(1) << 28,
-                    const std::string& layer = {});
+struct ReadOptions {
+    bool linear = false; // .png and .jpg: values are not sRGB-decoded
+    bool finite = true;  // NaN and infinities are refused
+    std::size_t maxPixels = std::size_t(1) << 28;
+    std::string layer = {}; // of an EXR file with several
+};
+
+// Reads .exr .hdr .png .jpg by content. Throws Error(Input) on anything malformed or too large.
+ReadImage readImage(const std::filesystem::path& file, const ReadOptions& options = {});
 
 // float32, ZIP, exactly R,G,B (one channel is written three times), no attribute that differs between equal runs.
 // Written aside and renamed. Throws Error(Output).

@@ -29,9 +29,10 @@ struct ImageLimits {
     std::size_t maxEdge = 65536;
     std::size_t maxPixels = std::size_t(1) << 28;
     std::string layer = {}; // of an EXR file with several: read `layer`.R or .X and so on
+    bool finite = true;     // refuse values that are not
 };
 
-// Reads .exr .hdr .png .jpg by content; `name` stands in messages. Throws Error(Input) on anything malformed, non-finite or too large.
+// Reads .exr .hdr .png .jpg by content; `name` stands in messages. Throws Error(Input) on anything malformed or too large.
 RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits = {});
 
 // The .hdr part of it: throws std::runtime_error if malformed, and calls `checkSize` (width, height) before allocating.

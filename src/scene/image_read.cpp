@@ -38,7 +38,9 @@ void checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytesPer
 void checkFinite(const RawImage& image, const std::string& name) {
     std::size_t bad = 0;
     for (const float v : image.values) bad += !std::isfinite(v);
-    if (bad) throw malformed(name, std::to_string(bad) + " of its values are not finite (NaN or infinite)");
+    if (bad)
+        throw Error(ErrorKind::Input, "image " + name + " has " + std::to_string(bad) + " values that are not finite (NaN or infinite)",
+                    "the program that wrote it divided by zero, or went beyond the largest half float", "replace these values, and store it as 32-bit floats");
 }
 
 class MemoryInput : public Imf::IStream {
@@ -175,7 +177,7 @@ RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name
         image = decodeStb(file, name, limits);
     else
         throw malformed(name, "its content is none of .exr, .hdr, .png, .jpg");
-    checkFinite(image, name);
+    if (limits.finite) checkFinite(image, name);
     return image;
 } catch (const Malformed& e) {
     throw malformed(name, e.what);
@@ -198,28 +200,27 @@ const float* srgbTable() {
     return table.data();
 }
 
-ReadImage readImage(const std::filesystem::path& file, bool linear, std::size_t maxPixels, const std::string& layer) {
-    const RawImage raw = decodeImage(readFile(file), file.string(), {.maxEdge = std::size_t(1) << 20, .maxPixels = maxPixels, .layer = layer});
-    const bool encoded = !raw.linear && !linear;
+ReadImage readImage(const std::filesystem::path& file, const ReadOptions& options) {
+    const RawImage raw = decodeImage(readFile(file), file.string(), {std::size_t(1) << 20, options.maxPixels, options.layer, options.finite});
+    const bool encoded = !raw.linear && !options.linear, eightBit = !raw.bytes.empty();
     const auto value = [&](std::size_t i) {
-        if (!raw.bytes.empty()) return encoded ? srgbTable()[raw.bytes[i]] : float(raw.bytes[i]) / 255.0f;
+        if (eightBit) return encoded ? srgbTable()[raw.bytes[i]] : float(raw.bytes[i]) / 255.0f;
         return encoded ? srgbDecode(raw.values[i]) : raw.values[i];
     };
     ReadImage out;
-    out.eightBit = !raw.bytes.empty();
     const std::uint32_t channels = raw.channels <= 2 ? 1 : 3;
     out.image = Image(int(raw.width), int(raw.height), int(channels));
     if (raw.hasAlpha()) out.alpha.resize(raw.pixels());
-    if (out.eightBit) out.clipped.resize(out.image.values.size());
+    if (!raw.linear) out.clipped.resize(out.image.values.size());
     for (std::size_t p = 0; p < raw.pixels(); ++p) {
         for (std::uint32_t c = 0; c < channels; ++c) {
             const std::size_t i = p * raw.channels + raw.channel(c);
             out.image.values[p * channels + c] = value(i);
-            if (out.eightBit) out.clipped[p * channels + c] = raw.bytes[i] == 255;
+            if (!raw.linear) out.clipped[p * channels + c] = eightBit ? raw.bytes[i] == 255 : raw.values[i] >= 1;
         }
         if (!raw.hasAlpha()) continue;
         const std::size_t i = p * raw.channels + raw.channel(3);
-        out.alpha[p] = out.eightBit ? float(raw.bytes[i]) / 255.0f : raw.values[i]; // alpha is never sRGB-encoded
+        out.alpha[p] = eightBit ? float(raw.bytes[i]) / 255.0f : raw.values[i]; // alpha is never sRGB-encoded
     }
     return out;
 }

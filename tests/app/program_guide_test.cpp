@@ -46,7 +46,7 @@ TEST(ProgramGuide, DerivativesHaveLayers) {
     EXPECT_EQ(json.at("outputs").at("layers"), folder / "l.exr");
     EXPECT_TRUE(test::readText(folder / "plain.exr") == test::readText(folder / "a.exr")) << "layers changed the result";
     for (const int vertex : {1, 2, 3}) {
-        const Image share = readImage(folder / "l.exr", false, std::size_t(1) << 20, "light_share" + std::to_string(vertex)).image;
+        const Image share = readImage(folder / "l.exr", {.layer = "light_share" + std::to_string(vertex)}).image;
         const double told = json.at("guided_by_depth").at(std::size_t(vertex - 1)).at("light_share");
         double mean = 0, count = 0;
         for (const float s : share.values)

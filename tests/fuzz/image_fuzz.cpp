@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string& path = file.holding({data, size});
     const bool linear = size % 2 == 0; // both are reached by inputs that are otherwise alike
     fuzz::accepts({ErrorKind::Input}, [&] {
-        const ReadImage read = readImage(path, linear, kMaxPixels);
+        const ReadImage read = readImage(path, {.linear = linear, .maxPixels = kMaxPixels});
         const Image& image = read.image;
         fuzz::require(image.width > 0 && image.height > 0 && image.pixels() <= kMaxPixels, "images have a size within the limits");
         fuzz::require(image.values.size() == image.pixels() * std::size_t(image.channels), "every pixel has its channels");
@@ -23,6 +23,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (const float a : read.alpha)
             fuzz::require(std::isfinite(a), "alpha is finite");
     });
-    fuzz::accepts({ErrorKind::Input}, [&] { readImage(path, linear, kMaxPixels, "normal"); });
+    fuzz::accepts({ErrorKind::Input}, [&] { readImage(path, {.linear = linear, .finite = false, .maxPixels = kMaxPixels, .layer = "normal"}); });
     return 0;
 }

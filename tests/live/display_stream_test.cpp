@@ -291,7 +291,7 @@ TEST(DisplayStream, CommandsShowWhatTheyWrite) {
     EXPECT_EQ(run("render " + scene + "--spp 19 --layers " + out + "a-layers.exr -o " + out + "a.exr" + stream), 0);
     EXPECT_EQ(run("render " + scene + "--spp 19 --layers " + out + "b-layers.exr -o " + out + "b.exr"), 0);
     EXPECT_EQ(readImage(out + "a.exr").image.values, readImage(out + "b.exr").image.values);
-    EXPECT_EQ(readImage(out + "a-layers.exr", false, 1u << 20, "albedo").image.values, readImage(out + "b-layers.exr", false, 1u << 20, "albedo").image.values);
+    EXPECT_EQ(readImage(out + "a-layers.exr", {.layer = "albedo"}).image.values, readImage(out + "b-layers.exr", {.layer = "albedo"}).image.values);
     EXPECT_TRUE(display.await([&](const auto& all) { return all.count("a/image") && all.at("a/image").image.values == readImage(out + "a.exr").image.values; }));
     EXPECT_EQ(run("gradient " + scene + "--spp 7 --param painting.baseColor -o " + out + "g.exr" + stream), 0);
     EXPECT_TRUE(display.await([&](const auto& all) { return all.count("g/gradient") && all.at("g/gradient").image.values == readImage(out + "g.exr").image.values; }));

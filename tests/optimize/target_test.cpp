@@ -2,7 +2,9 @@
 #include "base/error.h"
 #include "optimize/target.h"
 
+#include <fstream>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -45,6 +47,34 @@ TEST_F(TargetFiles, EightBitIsDecodedAndSaysWhatIsClipped) {
     image.values[4] = 0.9f;
     writePng(folder_ / "t.png", image);
     EXPECT_TRUE(loadTarget(folder_ / "t.png").clipped.empty());
+}
+
+// As stb_image_write and most converters have it: a 16-bit PNG by hand, with stored blocks, one row of two grey pixels.
+TEST_F(TargetFiles, SixteenBitsSayWhatIsClipped) {
+    const auto chunk = [](const std::string& type, const std::string& data) {
+        const auto number = [](std::uint32_t v) { return std::string{char(v >> 24), char(v >> 16), char(v >> 8), char(v)}; };
+        return number(std::uint32_t(data.size())) + type + data + number(0); // nobody looks at the checksum
+    };
+    const std::string header("\0\0\0\2\0\0\0\1\x10\0\0\0\0", 13), row("\0\xff\xff\xff\xfe", 5);
+    const std::string stored = std::string("\x78\x01\x01\x05\x00\xfa\xff", 7) + row + std::string(4, '\0');
+    std::ofstream(folder_ / "t.png", std::ios::binary) << "\x89PNG\r\n\x1a\n" << chunk("IHDR", header) << chunk("IDAT", stored) << chunk("IEND", "");
+    const Target target = loadTarget(folder_ / "t.png");
+    EXPECT_EQ(target.clipped, (std::vector<std::uint8_t>{1, 1, 1, 0, 0, 0}));
+    EXPECT_EQ(target.image.values[0], 1);
+    EXPECT_LT(target.image.values[3], 1);
+}
+
+TEST_F(TargetFiles, PixelsThatAreNotFiniteHaveNoWeight) {
+    Image image(3, 1, 3, 0.5f);
+    image.values[1] = std::numeric_limits<float>::quiet_NaN();
+    image.values[8] = std::numeric_limits<float>::infinity();
+    writeExr(folder_ / "t.exr", image);
+    const Target target = loadTarget(folder_ / "t.exr");
+    EXPECT_EQ(target.mask, (std::vector<float>{0, 1, 0}));
+    EXPECT_EQ(target.invalid, 2u);
+    image.values.assign(9, std::numeric_limits<float>::quiet_NaN());
+    writeExr(folder_ / "t.exr", image);
+    EXPECT_THROW(loadTarget(folder_ / "t.exr"), Error);
 }
 
 TEST_F(TargetFiles, AlphaAndMaskMultiply) {
