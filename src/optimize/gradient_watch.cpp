@@ -14,7 +14,7 @@ constexpr double kExplosion = 100; // times the usual norm; noise and a changed 
 constexpr double kDivergence = 10; // times the lowest loss, both medians: the loss of a noisy image is as noisy
 constexpr double kErrors = 4;      // standard errors that such a difference has, at least: a loss without bias is near 0, and below it, at the end of a good run
 constexpr double kStall = 1e-6;    // of the largest norm so far: rates relative to it no longer reach a float's last bit
-constexpr double kFound = 0.1;     // of the first loss: below, a small gradient means that the end is near
+constexpr double kFound = 0.1;     // of the largest loss: below, a small gradient means that the end is near
 constexpr double kNoisy = 0.5;     // of the sum of squares, in the few largest of hundreds of samples or more
 constexpr std::uint32_t kQuiet = 16;
 
@@ -55,21 +55,19 @@ std::vector<v1::Warning> GradientWatch::observe(const StepReport& report) {
     largest_ = std::max(largest_, norm);
     keep(losses_, report.loss, kFewest);
     keep(lossErrors_, report.lossError, kFewest);
-    const double loss = median(losses_);
-    if (losses_.size() == kFewest) {
-        if (firstLoss_ < 0)
-            firstLoss_ = lowestLoss_ = loss;
-        lowestLoss_ = std::min(lowestLoss_, loss);
-    }
+    const double loss = median(losses_), lossError = median(lossErrors_);
+    largestLoss_ = std::max(largestLoss_, loss); // from the first step on: a good run has left it far behind before there are as many as kFewest
+    if (losses_.size() == kFewest)
+        lowestLoss_ = lowestLoss_ < 0 ? loss : std::min(lowestLoss_, loss);
 
     std::vector<v1::Warning> findings;
     if (explode_.observe(usual > 0 && norm > kExplosion * usual, 3))
         findings.push_back({"gradients_explode", "gradients are " + times(norm / usual) + " times as large as usual: lower the rate, or let it fall",
                             {"rate", "schedule"}, {{"norm", norm}, {"usual", usual}}});
-    if (diverge_.observe(lowestLoss_ > 0 && loss > kDivergence * lowestLoss_ && loss - lowestLoss_ > kErrors * median(lossErrors_), 8))
+    if (diverge_.observe(lowestLoss_ > 0 && loss > kDivergence * lowestLoss_ && loss - lowestLoss_ > kErrors * lossError, 8))
         findings.push_back({"gradients_explode", "the loss has been " + times(kDivergence) + " times its lowest for some steps: lower the rate, or let it fall",
                             {"rate", "schedule"}, {{"loss", loss}, {"lowest", lowestLoss_}}});
-    if (stall_.observe(norm <= kStall * largest_ && loss > kFound * firstLoss_ && loss > 0, 16))
+    if (stall_.observe(norm <= kStall * largest_ && loss > kFound * largestLoss_ && loss > kErrors * lossError, 16))
         findings.push_back({"gradients_stall",
                             "gradients are all but zero, and the loss is not: values may be at the end of their range, or no path brings light from them to "
                             "the image. Begin elsewhere, or raise the samples of derivative passes or the depth",

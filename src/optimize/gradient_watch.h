@@ -23,7 +23,7 @@ class GradientWatch {
         bool observe(bool condition, std::uint32_t steps); // whether it is raised now
     };
     std::deque<double> norms_, losses_, lossErrors_; // of the last steps
-    double largest_ = 0, lowestLoss_ = -1, firstLoss_ = -1; // losses: medians of some steps
+    double largest_ = 0, lowestLoss_ = -1, largestLoss_ = 0; // losses: medians of some steps
     Alarm explode_, diverge_, stall_, noisy_;
 };
 

@@ -79,6 +79,14 @@ TEST(GradientWatch, TellsOfStalls) {
     EXPECT_EQ(found.steps(100, 0, 0.001), Events());
 }
 
+// Steps that arrive before there are losses enough to compare: what is left is noise, and gradients of nothing are no stall.
+TEST(GradientWatch, IsSilentWhereTheFirstStepsArrive) {
+    Watched run;
+    EXPECT_EQ(run.steps(2, 1, 100), Events());
+    for (int i = 0; i < 100; ++i)
+        EXPECT_EQ(run.steps(1, 1e-9, i % 3 ? 2e-6 : -1e-6, 0.01, 3e-6), Events()) << i;
+}
+
 TEST(GradientWatch, TellsOfGradientsOfAFewSamples) {
     Watched run;
     EXPECT_EQ(run.steps(40, 1, 1, 0.2), Events());
