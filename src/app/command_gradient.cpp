@@ -58,7 +58,7 @@ void writeGradients(const Options& options, Report& report, RenderSession& sessi
                                                   : std::filesystem::path(options.output) / (fileName(parameter.name) + ".exr");
         if (ranks().isRoot())
             writeExr(file, parameterImage(parameter, gradients[i]));
-        warnUnreached(parameter.name, std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));
+        warnUnreached(session.host(), parameter.name, std::any_of(gradients[i].begin(), gradients[i].end(), [](double g) { return g != 0; }));
         report.outputs.emplace_back(single ? "gradient" : parameter.name, file.string());
     }
 }
@@ -154,7 +154,7 @@ ExitStatus runForward(const Options& options, Report& report, RenderSession& ses
     } else {
         const Image gradient = forward(options, report, session, directions, code);
         if (session.parameters.size() == 1)
-            warnUnreached(session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
+            warnUnreached(session.host(), session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
         if (ranks().isRoot())
             writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);

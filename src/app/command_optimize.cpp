@@ -170,7 +170,7 @@ void showStep(const Session& session, const v1::Recovery& run, DisplayStream& di
 void warnOfUnreached(const Session& session, const v1::Recovery& run) {
     for (const std::string& name : session.parameters) {
         const std::vector<double> gradient = run.gradient(name);
-        warnUnreached(name, std::any_of(gradient.begin(), gradient.end(), [](double g) { return std::isfinite(g) && g != 0; }));
+        warnUnreached(session.host(), name, std::any_of(gradient.begin(), gradient.end(), [](double g) { return std::isfinite(g) && g != 0; }));
     }
 }
 

@@ -13,28 +13,43 @@ namespace {
 
 constexpr std::size_t kPixelsAtATime = 1 << 13;
 constexpr double kLeastRidge = 1e-3;  // of the diagonal
-constexpr double kOldAfter = 0.15;    // of the unit or the value, whichever is larger
 constexpr double kShareWeight = 0.3;  // of the latest step in the averages of signal and noise
 constexpr int kSweeps = 10000;        // of coordinate descent: for matrices of a condition of 1000
 constexpr double kSettled = 1e-6;     // of the bounds
 
-struct ByChannel {
-    std::array<double, 3> channel{};
-    ByChannel& operator+=(const ByChannel& other) {
-        for (std::size_t c = 0; c < 3; ++c)
+// Sums over the pixels of two columns, by channel and of all channels.
+struct ProductSums {
+    std::array<double, 3> channel{}, square{};
+    double squareOfAll = 0;
+    ProductSums& operator+=(const ProductSums& other) {
+        for (std::size_t c = 0; c < 3; ++c) {
             channel[c] += other.channel[c];
+            square[c] += other.square[c];
+        }
+        squareOfAll += other.squareOfAll;
         return *this;
     }
 };
 
-ByChannel product(const Image& a, const Image& b, const Image& weight) {
-    return orderedSum<ByChannel>(a.pixels(), kPixelsAtATime, [&](std::size_t begin, std::size_t end) {
-        ByChannel sum;
-        for (std::size_t p = begin; p < end; ++p)
-            for (std::size_t c = 0; c < 3; ++c) {
-                const double term = double(weight.values[3 * p + c]) * a.values[3 * p + c] * b.values[3 * p + c];
-                sum.channel[c] += std::isfinite(term) ? term : 0;
+// The product of each half of one column by the other half of the other is without bias. Products within the halves have that noise twice over: half their
+// difference is 0 in expectation, and has the variance of the mean of both products where noise is normal.
+ProductSums productSums(const ConstantColumn& i, const ConstantColumn& j, const Image& weight) {
+    const float *ia = i.half[0].values.data(), *ib = i.half[1].values.data(), *ja = j.half[0].values.data(), *jb = j.half[1].values.data();
+    return orderedSum<ProductSums>(weight.pixels(), kPixelsAtATime, [&](std::size_t begin, std::size_t end) {
+        ProductSums sum;
+        for (std::size_t p = begin; p < end; ++p) {
+            double differenceOfAll = 0;
+            for (std::size_t c = 0, k = 3 * p; c < 3; ++c, ++k) {
+                const double half = 0.5 * double(weight.values[k]);
+                const double product = half * (double(ia[k]) * jb[k] + double(ib[k]) * ja[k]), difference = half * (double(ia[k]) * ja[k] - double(ib[k]) * jb[k]);
+                if (!std::isfinite(product) || !std::isfinite(difference))
+                    continue;
+                sum.channel[c] += product;
+                sum.square[c] += difference * difference;
+                differenceOfAll += difference;
             }
+            sum.squareOfAll += differenceOfAll * differenceOfAll;
+        }
         return sum;
     });
 }
@@ -58,36 +73,46 @@ double inner(std::span<const double> a, std::span<const double> b) {
 
 } // namespace
 
-void addProducts(std::span<const ConstantColumn> columns, const Image& weight, std::span<double> products) {
+void addProducts(std::span<const ConstantColumn> columns, const Image& weight, ConstantProducts& products) {
     std::size_t count = 0;
     std::vector<std::size_t> first;
     for (const ConstantColumn& column : columns) {
         first.push_back(count);
         count += column.entries;
     }
+    const auto add = [&](std::size_t row, std::size_t column, double mean, double variance) {
+        products.mean[row * count + column] += mean;
+        products.variance[row * count + column] += variance;
+        if (row == column)
+            return;
+        products.mean[column * count + row] += mean;
+        products.variance[column * count + row] += variance;
+    };
     for (std::size_t i = 0; i < columns.size(); ++i)
-        for (std::size_t j = 0; j < columns.size(); ++j) {
-            const ByChannel sums = product(columns[i].half[0], columns[j].half[1], weight);
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t row = first[i] + (columns[i].entries == 1 ? 0 : c), column = first[j] + (columns[j].entries == 1 ? 0 : c);
-                products[row * count + column] += sums.channel[c] / (columns[i].step * columns[j].step);
+        for (std::size_t j = 0; j <= i; ++j) {
+            const ProductSums sums = productSums(columns[i], columns[j], weight);
+            const double steps = columns[i].step * columns[j].step;
+            if (columns[i].entries == 1 && columns[j].entries == 1) {
+                add(first[i], first[j], (sums.channel[0] + sums.channel[1] + sums.channel[2]) / steps, sums.squareOfAll / (steps * steps));
+                continue;
             }
+            for (std::size_t c = 0; c < 3; ++c)
+                add(first[i] + (columns[i].entries == 1 ? 0 : c), first[j] + (columns[j].entries == 1 ? 0 : c), sums.channel[c] / steps,
+                    sums.square[c] / (steps * steps));
         }
 }
 
-void ConstantCurvature::add(std::span<const double> products, std::span<const float> values, std::span<const double> unit) {
+void ConstantCurvature::add(const ConstantProducts& products, std::span<const float> values, std::span<const double> range) {
     const std::size_t count = values.size();
-    const bool first = empty() || isOld(values, unit);
+    const bool first = empty() || isOld(values, range);
     matrix.resize(count * count);
     noise.resize(count * count);
     others.resize(count);
-    for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t j = 0; j < count; ++j) {
-            const double a = finiteOrZero(products[i * count + j]), b = finiteOrZero(products[j * count + i]), off = 0.5 * std::abs(a - b);
-            double &mean = matrix[i * count + j], &error = noise[i * count + j];
-            mean = first ? 0.5 * (a + b) : 0.5 * (mean + 0.5 * (a + b));
-            error = first ? off : 0.5 * std::hypot(error, off);
-        }
+    for (std::size_t i = 0; i < count * count; ++i) {
+        const double found = finiteOrZero(products.mean[i]), off = finiteOrZero(std::sqrt(products.variance[i]));
+        matrix[i] = first ? found : 0.5 * (matrix[i] + found);
+        noise[i] = first ? off : 0.5 * std::hypot(noise[i], off);
+    }
     at.assign(values.begin(), values.end());
 }
 
@@ -97,9 +122,17 @@ void ConstantCurvature::addOthers(std::span<const double> product, std::span<con
         others[i] = std::abs(finiteOrZero(product[i]) - inner(std::span(matrix).subspan(i * count, count), direction)) / unit[i];
 }
 
-bool ConstantCurvature::isOld(std::span<const float> values, std::span<const double> unit) const {
+bool ConstantCurvature::isOld(std::span<const float> values, std::span<const double> range) const {
     for (std::size_t i = 0; i < values.size(); ++i)
-        if (std::abs(double(values[i]) - at[i]) > kOldAfter * std::max(unit[i], std::abs(double(at[i]))))
+        if (std::abs(double(values[i]) - at[i]) > range[i])
+            return true;
+    return false;
+}
+
+bool ConstantCurvature::isNoisy() const {
+    const std::size_t count = at.size();
+    for (std::size_t i = 0; i < count; ++i)
+        if (noise[i * count + i] > 0.5 * std::max(matrix[i * count + i], 0.0))
             return true;
     return false;
 }
@@ -128,7 +161,8 @@ std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<c
                                  std::span<const double> lowest, std::span<const double> highest, Moments& moments) {
     const std::size_t count = gradient.size();
     std::vector<double> matrix = curvature.matrix, g, h;
-    const auto diagonal = [&](std::size_t i) { return curvature.matrix[i * count + i]; };
+    // What the diagonal may be: noise alone where it has made it negative, so that a step is short, and not none.
+    const auto diagonal = [&](std::size_t i) { return std::max(curvature.matrix[i * count + i], 0.0) + curvature.noise[i * count + i]; };
     for (std::size_t i = 0; i < count; ++i) {
         g.push_back(finiteOrZero(gradient[i]));
         h.push_back(finiteOrZero(half[i]));
@@ -137,9 +171,9 @@ std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<c
         // Rows of errors, scaled by any positive numbers, add up to a diagonal that bounds them: by the roots of the diagonal, they are in one unit.
         double ridge = kLeastRidge * diagonal(i);
         for (std::size_t k = 0; k < count; ++k)
-            if (diagonal(k) > 0)
+            if (k != i && diagonal(k) > 0)
                 ridge += curvature.noise[i * count + k] * std::sqrt(diagonal(i) / diagonal(k));
-        matrix[i * count + i] += ridge + curvature.others[i];
+        matrix[i * count + i] = diagonal(i) + ridge + curvature.others[i];
     }
     std::vector<double> step = boxMinimum(matrix, g, lowest, highest);
     const double weight = moments.steps++ == 0 ? 1 : kShareWeight;

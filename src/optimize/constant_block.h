@@ -21,32 +21,41 @@ struct ConstantColumn {
     double step = 1;           // by how much all entries were changed
 };
 
-// Adds J_a^T W J_b to `products`, row by row, with J the derivative of an image by the entries of all columns, measured by each half. `weight`: the diagonal of W.
-void addProducts(std::span<const ConstantColumn> columns, const Image& weight, std::span<double> products);
+// J^T W J, with J the derivative of images by the entries of all columns, added up over views. Both K x K, row by row.
+struct ConstantProducts {
+    std::vector<double> mean;     // without bias: of one half by the other, whose noise is its own
+    std::vector<double> variance; // of that, from how pixels of the halves differ
+
+    explicit ConstantProducts(std::size_t entries) : mean(entries * entries), variance(entries * entries) {}
+};
+
+// Adds those of a view. `weight`: the diagonal of W.
+void addProducts(std::span<const ConstantColumn> columns, const Image& weight, ConstantProducts& products);
 
 // What is known of the loss' Hessian H by these entries, K of them. It has all their couplings, of either sign: metallic lowers where colour raises.
 struct ConstantCurvature {
     std::vector<double> matrix; // K x K, row by row; empty before it was measured
-    std::vector<double> noise;  // how far its entries are off, about
+    std::vector<double> noise;  // the standard deviations of its entries
     std::vector<double> others; // K: bounds what couples entries to parameters that move beside them
     std::vector<float> at;      // K: values where it was last measured
 
     bool empty() const { return matrix.empty(); }
-    // What addProducts() added up over the views: its symmetric part is J^T W J without bias, since halves have noise of their own. The rest is noise alone
-    // and tells how much the symmetric part has. Later measurements count by half, or alone where the last one is old.
-    void add(std::span<const double> products, std::span<const float> values, std::span<const double> unit);
+    // Later measurements count by half, or alone where the last one is old.
+    void add(const ConstantProducts& products, std::span<const float> values, std::span<const double> range);
     // From a bound on the whole: `product` = H d over all parameters, whose d of other entries is positive, with `direction` = d of these, 0 where
     // they stayed, and `unit` a positive size of a change of each.
     void addOthers(std::span<const double> product, std::span<const double> direction, std::span<const double> unit);
-    // Whether values have left where it was measured, so far that it may have changed. `unit` as above.
-    bool isOld(std::span<const float> values, std::span<const double> unit) const;
+    // Whether values have left where it was measured, so far that it may have changed. `range`: over which the images are about linear in each.
+    bool isOld(std::span<const float> values, std::span<const double> range) const;
+    // Whether a diagonal is not known to a factor of two, by one standard deviation.
+    bool isNoisy() const;
 };
 
 // The minimum of g x + x M x / 2 for x within bounds that contain 0. M is symmetric; entries without a positive diagonal stay at 0.
 std::vector<double> boxMinimum(std::span<const double> matrix, std::span<const double> gradient, std::span<const double> lowest, std::span<const double> highest);
 
 // By how much the entries should change: to that minimum, with M the measured curvature and a ridge as large as its noise, times the share
-// of the signal in what the gradient promises, averaged over steps in `moments`. `half`: half of how two independent halves of the gradient differ.
+// of the signal in what the gradient promises, averaged over steps in `moments`. A diagonal that noise has made negative is the ridge alone. `half`: half of how two independent halves of the gradient differ.
 std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<const double> gradient, std::span<const double> half,
                                  std::span<const double> lowest, std::span<const double> highest, Moments& moments);
 

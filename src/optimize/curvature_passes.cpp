@@ -8,6 +8,7 @@
 #include "optimize/optimize.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -18,6 +19,7 @@ namespace {
 // Twice the samples of a step that carries an image on: what a difference of images is off by stays in the curvature for long.
 constexpr std::uint32_t kCurvatureSpp = 4;
 constexpr double kConstantStep = 0.02; // by which a constant changes, in its unit: roughness is far from linear
+constexpr double kShapeReach = 0.1;    // of a lobe's shape: as far as a measured curvature may hold
 constexpr double kLightReach = 20;     // of light, times its value instead of its unit: images are linear in it, however far it is
 
 // The first step, and then ever more rarely: the curvature changes with the parameters, and these change ever less. `growth`: of the time until the next.
@@ -114,17 +116,34 @@ std::vector<float> Optimization::constantValues() const {
     return {values.begin(), values.end()};
 }
 
-void Optimization::measureConstants(StepReport& report) {
+// Over which the images are about linear in a constant.
+std::vector<double> Optimization::constantRanges() const {
+    constexpr double kRange = 0.15;               // of the unit or the value, whichever is larger
+    constexpr double kRatio = 0.3, kLeast = 0.02; // of a lobe's shape: of its value, at least this
+    return ofConstants([&](std::size_t i, std::size_t entry) {
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
+        const double value = std::abs(double(parameter.values[entry]));
+        return shapesLobe(parameter.kind) ? std::max(kRatio * value, kLeast) : kRange * std::max(double(state_.moments[i].unit), value);
+    });
+}
+
+bool Optimization::measuresConstants() const {
     if (constants_.empty())
-        return;
-    const bool due = measuresCurvature(state_.step - state_.moments[constants_[0]].start);
-    if (!due && !state_.constants.empty() && !state_.constants.isOld(constantValues(), constantUnits()))
+        return false;
+    if (state_.constants.empty() || state_.constants.isOld(constantValues(), constantRanges()))
+        return true;
+    const std::uint32_t step = state_.step - state_.moments[constants_[0]].start;
+    return measuresCurvature(step) || (std::has_single_bit(step) && state_.constants.isNoisy());
+}
+
+void Optimization::measureConstants(StepReport& report) {
+    if (!measuresConstants())
         return;
     const ScopedTime time(report.secondsGradient);
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         model_.setSecondValues(parameters_[i], scene_.parameters[parameters_[i]].values);
     const std::size_t views = model_.views(), entries = constantUnits().size();
-    std::vector<double> products(entries * entries);
+    ConstantProducts products(entries);
     for (std::size_t view = 0; view < views; ++view) {
         const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view)); // one for all: what differs is the parameter
         const LoadedTarget target(config_.targets[view]);
@@ -155,7 +174,7 @@ void Optimization::measureConstants(StepReport& report) {
         if (!anyUsesDiagonal())
             shares_[view] = pixelShares(weight.width, weight.height, square);
     }
-    constantCurvature_.add(products, constantValues(), constantUnits());
+    constantCurvature_.add(products, constantValues(), constantRanges());
 }
 
 bool Optimization::anyUsesDiagonal() const {
@@ -270,7 +289,8 @@ void Optimization::stepConstants(double factor) {
     const auto reach = [&](std::size_t i, std::size_t entry) {
         const Parameter& parameter = scene_.parameters[parameters_[i]];
         const double unit = state_.moments[i].unit, length = emitsLight(parameter.kind) ? std::max(unit, kLightReach * value(i, entry)) : unit;
-        return std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
+        const double far = std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
+        return shapesLobe(parameter.kind) ? std::min(far, kShapeReach) : far;
     };
     const auto down = [&](std::size_t i, std::size_t entry) {
         return std::max(-reach(i, entry), double(scene_.parameters[parameters_[i]].lowest()) - value(i, entry));

@@ -25,10 +25,9 @@ float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) 
 
 // How far an entry may go in a step.
 double reachOf(SlotKind kind, double rate) {
-    constexpr double kLinear = 0.04; // of roughness and anisotropy: images are far from linear in it, and farther steps end where they began or worse
+    constexpr double kLinear = 0.04; // of a lobe's shape: images are far from linear in it, and farther steps end where they began or worse
     const double reach = std::min(kNewtonReach * rate, 1e30);
-    const bool rough = kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::SheenRoughness || kind == SlotKind::Anisotropy;
-    return rough ? std::min(reach, kLinear) : reach;
+    return shapesLobe(kind) ? std::min(reach, kLinear) : reach;
 }
 
 // A gradient as one of the grids sees it, and what that grid's texels remember.

@@ -40,7 +40,7 @@ struct NoisyGradient {
     double viewShare = 1;         // of the views that it is of, of all
 };
 
-// One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach, and 0.04 of roughness. u is the sum of steps on
+// One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach, and 0.04 of a lobe's shape. u is the sum of steps on
 // ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 P^T r, with r what the coarser ones leave of the
 // gradient, g - (D + L) u. Where g is of some of the views, D bounds whichever views these may be: so an entry that one view alone sees goes no farther when its
 // turn comes than it would with all, and v has no momentum. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a

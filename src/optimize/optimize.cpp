@@ -364,9 +364,19 @@ void Optimization::applyUpdate(StepReport& report) {
         stepConstants(factor);
         for (std::size_t i = 0; i < parameters_.size(); ++i)
             report.dropped += isConstant(i) ? 0 : move(i, factor);
+        raiseToFloors();
     }
     state_.history.push_back(recordOf(report));
     ++state_.step;
+}
+
+// A value below its floor has no derivative, and would stay there for good.
+void Optimization::raiseToFloors() {
+    constexpr float kAbove = 1.001f;
+    for (const std::uint32_t p : parameters_)
+        if (const float least = kAbove * scene_.floorOf(p); least > 0)
+            for (float& value : scene_.parameters[p].values)
+                value = std::max(value, least);
 }
 
 // The first of the views: their images, and the values that these are of, stay in memory. Where steps do not see all views, images are of values of

@@ -148,11 +148,13 @@ class Optimization {
     void keepImages();
     void addLosses(StepReport& report);
     void findConstants(bool allowed);
+    bool measuresConstants() const;
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
     void sumUp(StepReport& report);
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
+    void raiseToFloors();
     void publish(StepReport& report);
     double rateFactor() const; // schedule included
     bool carriesImages() const { return cmpg::carriesImages(config_); }
@@ -170,6 +172,7 @@ class Optimization {
     template <class Value> std::vector<double> ofConstants(const Value& value) const;
     std::vector<float> constantValues() const;
     std::vector<double> constantUnits() const;
+    std::vector<double> constantRanges() const;
     bool newton() const { return std::find(methods_.begin(), methods_.end(), OptimizerKind::GaussNewton) != methods_.end(); }
 
     ImageModel& model_;

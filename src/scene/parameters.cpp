@@ -5,6 +5,7 @@
 #include "scene/scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -139,6 +140,24 @@ const Camera& Scene::camera(const std::string& name) const {
         if (camera.name == name) return camera;
     throw Error(ErrorKind::Usage, source + " has no camera " + name, "the nearest names are " + namesLike(cameras, name),
                 "the list of the scene's cameras has them all", {"inspect"});
+}
+
+float Scene::floorOf(std::uint32_t parameter) const {
+    constexpr float kMinAlpha = 1e-3f, kMinSheenRoughness = 0.07f; // as in shaders/lib/microfacet.glsl and shaders/lib/lobes/sheen.glsl
+    const SlotKind kind = parameters[parameter].kind;
+    float floor = 0;
+    for (const Material& m : materials) {
+        if (m.parameters[std::size_t(kind)] != parameter)
+            continue;
+        const bool squared = m.model == SurfaceModel::MetallicRoughness || !m.roughnessIsAlpha;
+        if (kind == SlotKind::SheenRoughness)
+            floor = std::max(floor, kMinSheenRoughness);
+        else if (kind == SlotKind::ClearcoatRoughness || (kind == SlotKind::Roughness && squared))
+            floor = std::max(floor, std::sqrt(kMinAlpha));
+        else if (kind == SlotKind::Roughness || (kind == SlotKind::Anisotropy && !squared))
+            floor = std::max(floor, kMinAlpha);
+    }
+    return floor;
 }
 
 } // namespace cmpg

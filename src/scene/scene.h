@@ -28,6 +28,10 @@ const char* slotName(SlotKind kind); // "baseColor", ...
 std::string slotNames();             // all of them, for messages
 std::uint32_t slotChannels(SlotKind kind);
 inline bool emitsLight(SlotKind kind) { return kind == SlotKind::Emission || kind == SlotKind::Radiance; }
+// How wide a lobe is, or along which direction: images are far from linear in it.
+inline bool shapesLobe(SlotKind kind) {
+    return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::SheenRoughness || kind == SlotKind::Anisotropy;
+}
 
 enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
 
@@ -238,6 +242,8 @@ struct Scene {
     // the names to `left` if given; what is meant by its name stays, to be refused with the reason.
     std::vector<std::uint32_t> selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left = nullptr) const;
     const Camera& camera(const std::string& name) const; // "" = first
+    // Of a slot that kernels hold above a floor, the floor: values below it look the same, and have no derivative. Of others 0.
+    float floorOf(std::uint32_t parameter) const;
 };
 
 // The set of texture coordinates, 0 or 1, that tangents of a material follow where the file has none: of its normal map; without one, of that of its

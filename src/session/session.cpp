@@ -150,9 +150,19 @@ void RunRecord::requireFinite(const Image* result) const {
         throw overflowed();
 }
 
-void warnUnreached(const std::string& parameter, bool anyGradient) {
-    if (!anyGradient)
+void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGradient) {
+    if (anyGradient)
+        return;
+    const std::uint32_t index = scene.parameter(parameter);
+    const float floor = scene.floorOf(index);
+    const std::vector<float> values = valuesOf(scene.parameters[index]);
+    if (floor > 0 && std::all_of(values.begin(), values.end(), [&](float v) { return v <= floor; })) {
+        char text[160];
+        std::snprintf(text, sizeof text, ": its gradient is zero, since values of %.3g and below look the same. Begin well above (--set)", double(floor));
+        logWarn(parameter + text);
+    } else {
         logWarn("no path reached " + parameter + ": its gradient is zero. The camera does not see it, nor what it lights, within the depth and the samples of this pass");
+    }
 }
 
 } // namespace cmpg

@@ -48,7 +48,7 @@ class RunRecord {
 };
 
 // Warns where the gradient of a parameter is nothing but zeros.
-void warnUnreached(const std::string& parameter, bool anyGradient);
+void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGradient);
 
 class Session {
   public:

@@ -118,7 +118,7 @@ TEST(ConstantBlock, ProductsAreTheHessianOfTheLoss) {
     for (std::size_t i = 0; i < target.mask.size(); ++i)
         target.mask[i] = float(i % 5) / 4;
     for (const Loss loss : {Loss::Mse, Loss::RelativeMse}) {
-        std::vector<double> products(16);
+        ConstantProducts products(4);
         addProducts(columns, lossCurvature(loss, target.image, target.mask), products);
         const auto lossAt = [&](std::array<double, 4> x) {
             Image image = target.image;
@@ -133,7 +133,7 @@ TEST(ConstantBlock, ProductsAreTheHessianOfTheLoss) {
                 plus[j] += 1;
                 minus[i] += 1;
                 minus[j] -= 1;
-                EXPECT_NEAR(products[4 * i + j], 0.5 * (lossAt(plus) - lossAt(minus)), 1e-4 * products[0]) << i << ", " << j; // exact for a quadratic with its minimum at 0
+                EXPECT_NEAR(products.mean[4 * i + j], 0.5 * (lossAt(plus) - lossAt(minus)), 1e-4 * products.mean[0]) << i << ", " << j; // exact for a quadratic with its minimum at 0
             }
     }
 }
@@ -144,7 +144,7 @@ TEST(ConstantBlock, KnowsItsNoise) {
     constexpr int kSize = 32;
     const Image a = randomImage(kSize, random, 1), b = randomImage(kSize, random, 0.1);
     Image weight(kSize, kSize, 3, 1.0f / (kSize * kSize * 3));
-    std::vector<double> truth(4);
+    ConstantProducts truth(2);
     addProducts(std::vector<ConstantColumn>{{{a, a}, 1, 1}, {{b, b}, 1, 1}}, weight, truth);
     const auto noisy = [&](const Image& image) {
         ConstantColumn column{{image, image}, 1, 1};
@@ -153,23 +153,40 @@ TEST(ConstantBlock, KnowsItsNoise) {
                 half.values[i] += randomImage(1, random, 0.5).values[0];
         return column;
     };
-    std::vector<double> mean(4);
-    double off = 0, said = 0;
-    constexpr int kTrials = 64;
+    std::vector<double> mean(4), off(4), said(4);
+    constexpr int kTrials = 256;
     for (int trial = 0; trial < kTrials; ++trial) {
-        std::vector<double> products(4);
+        ConstantProducts products(2);
         const std::vector<ConstantColumn> columns{noisy(a), noisy(b)};
         addProducts(columns, weight, products);
         ConstantCurvature curvature;
         curvature.add(products, std::vector<float>(2), std::vector<double>(2, 1.0));
-        for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t i = 0; i < 4; ++i) {
             mean[i] += curvature.matrix[i] / kTrials;
-        off += std::pow(curvature.matrix[1] - truth[1], 2) / kTrials;
-        said += std::pow(curvature.noise[1], 2) / kTrials;
+            off[i] += std::pow(curvature.matrix[i] - truth.mean[i], 2) / kTrials;
+            said[i] += std::pow(curvature.noise[i], 2) / kTrials;
+        }
     }
-    // Noise of 0.5 on 3072 values of 0.1 squared: 0.25 / sqrt(3072) = 0.0045 a trial, an eighth of it in the mean; four standard errors.
-    EXPECT_NEAR(mean[3], truth[3], 4 * 0.0053 / 8);
-    EXPECT_NEAR(said / off, 1, 0.6);
+    // Four standard errors: of a mean of so many trials, and of a mean of as many squares of a normal distribution.
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(mean[i], truth.mean[i], 4 * std::sqrt(off[i] / kTrials)) << i;
+        EXPECT_NEAR(said[i] / off[i], 1, 4 * std::sqrt(2.0 / kTrials)) << i;
+    }
+}
+
+// Noise may make a measured diagonal negative, or all but 0. The entry takes a step then, as short as that noise asks for.
+TEST(ConstantBlock, StepsWhereNoiseHidesTheCurvature) {
+    const std::vector<double> gradient{-1}, none{0}, below{-10}, bound{10};
+    for (const double found : {-0.5, 0.0, 1e-6}) {
+        ConstantCurvature curvature;
+        ConstantProducts products(1);
+        products.mean[0] = found;
+        products.variance[0] = 4;
+        curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
+        Moments moments;
+        moments.noise.resize(1);
+        EXPECT_NEAR(constantStep(curvature, gradient, none, below, bound, moments)[0], 0.5, 1e-3) << found;
+    }
 }
 
 // A lit sphere of one material, as one number each: base colour, metallic, specular and roughness. The highlight narrows with the roughness, gets the

@@ -54,6 +54,27 @@ TEST(Optimize, RecoversTheParametersOfALinearModel) {
     }
 }
 
+// Below its floor a roughness has no derivative, so no step may end there; what begins there is brought to where it has one.
+TEST(Optimize, NoStepEndsBelowAFloor) {
+    for (const OptimizerKind kind : {OptimizerKind::Adam, OptimizerKind::Sgd, OptimizerKind::GaussNewton})
+        for (const std::uint32_t width : {1u, 2u}) { // a constant and a texture
+            Scene scene;
+            scene.parameters.push_back(test::makeParameter("ball.roughness", SlotKind::Roughness, width, 1, 1, 0.05f));
+            scene.parameters[0].values.back() = 0;
+            scene.materials.emplace_back().parameters[std::size_t(SlotKind::Roughness)] = 0;
+            OptimizeConfig config = makeConfig(1);
+            config.optimizer.kind = kind;
+            config.targets[0].image.values.assign(config.targets[0].image.values.size(), 0.f); // of roughness 0
+            LinearModel model(scene, 1, 8, 8, 0);
+            Optimization run(model, scene, std::move(config), {0});
+            for (int step = 0; step < 20; ++step) {
+                run.step();
+                for (const float value : scene.parameters[0].values)
+                    EXPECT_GT(value, scene.floorOf(0)) << int(kind) << ", " << step;
+            }
+        }
+}
+
 TEST(ViewOrder, SeesEachViewOnceARoundInRandomOrder) {
     EXPECT_EQ(ViewOrder(1, 3, 3).viewsOf(7), (std::vector<std::size_t>{0, 1, 2}));
     EXPECT_EQ(ViewOrder(1, 3, 5).viewsOf(7), (std::vector<std::size_t>{0, 1, 2}));

@@ -483,6 +483,25 @@ TEST(Parameters, SelectByNameAndGlob) {
     EXPECT_THROW(s.camera("nobody"), Error);
 }
 
+TEST(Parameters, FloorsOfRoughnessAreThoseOfTheShaders) {
+    Scene s;
+    s.materials.resize(2);
+    s.materials[1].model = SurfaceModel::Conductor;
+    for (Material& m : s.materials)
+        for (const SlotKind kind : {SlotKind::BaseColor, SlotKind::Roughness, SlotKind::ClearcoatRoughness, SlotKind::SheenRoughness, SlotKind::Anisotropy}) {
+            m.parameters[std::size_t(kind)] = std::uint32_t(s.parameters.size());
+            s.parameters.emplace_back().kind = kind;
+        }
+    std::vector<float> floors;
+    for (std::uint32_t p = 0; p < s.parameters.size(); ++p)
+        floors.push_back(s.floorOf(p));
+    const float root = std::sqrt(1e-3f);
+    EXPECT_EQ(floors, (std::vector<float>{0, root, root, 0.07f, 0, 0, 1e-3f, root, 0.07f, 1e-3f})); // by the square, and by alpha
+    s.materials[1].roughnessIsAlpha = false;
+    EXPECT_EQ(s.floorOf(6), root);
+    EXPECT_EQ(s.floorOf(9), 0);
+}
+
 TEST(Parameters, RangesBelongToTheSlot) {
     Fixture f;
     const Scene s = f.load();
