@@ -141,6 +141,8 @@ class Recovery {
     // What all passes since the recovery was made cost and left out, and how directions are drawn now. Of its seconds, those of learning.
     PassReport report() const;
     Image target(std::size_t target = 0) const; // what steps compare with: the image that was given
+    // `image`, of the target's size, less the target, as steps see it: 0 where the target has no weight, or is clipped and the image is no darker.
+    Image difference(const Image& image, std::size_t target = 0) const;
     // Of a target's camera, with the same random numbers whatever the step: at the current values, or at those where the recovery began.
     Image image(std::size_t target = 0, std::uint32_t spp = 64, bool initial = false);
     // Adds `spp` samples per pixel of that image, at the current values, to a film of the target's size.

@@ -70,7 +70,7 @@ std::vector<ContactSheet::ViewRow> writePictures(const Options& options, v1::Rec
         folder.writeView("final", view, views, recovered);
         folder.writeView("difference", view, views, difference);
         if (view < ContactSheet::kMostRows)
-            rows.push_back({titles[view], std::move(target), std::move(initial), std::move(recovered)});
+            rows.push_back({titles[view], std::move(target), std::move(initial), recovered, run.difference(recovered, view)});
     }
     return rows;
 }

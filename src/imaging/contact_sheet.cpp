@@ -82,8 +82,8 @@ int drawView(Drawing& drawing, int y, const ContactSheet::ViewRow& view, float f
     drawPicture(drawing, column(0), y, "target" + suffix, shown(view.target, factor));
     drawPicture(drawing, column(1), y, "initial", shown(view.initial, factor));
     drawPicture(drawing, column(2), y, "recovered", shown(view.recovered, factor));
-    if (!view.recovered.values.empty())
-        drawSigned(drawing, column(3), y, panel, "recovered - target, mean of the channels", difference(view.recovered, view.target));
+    if (!view.difference.values.empty())
+        drawSigned(drawing, column(3), y, panel, "recovered - target, mean of the channels", view.difference);
     return rowHeight(panel);
 }
 
@@ -99,11 +99,11 @@ int drawTexture(Drawing& drawing, int y, const ContactSheet::ParameterRow& row) 
     return rowHeight(panel);
 }
 
-std::string numbers(const Image& image) {
+std::string numbers(const Image& image, int digits) {
     std::string text;
     char number[32];
     for (const float v : image.values) {
-        std::snprintf(number, sizeof number, text.empty() ? "%.4g" : " %.4g", double(v));
+        std::snprintf(number, sizeof number, text.empty() ? "%.*g" : " %.*g", digits, double(v));
         text += number;
     }
     return text;
@@ -113,14 +113,14 @@ void drawConstants(Drawing& drawing, int y, std::span<const ContactSheet::Parame
     const auto line = [&](const std::string& name, const std::string& start, const std::string& end, const std::string& gradient) {
         const std::string cells[kColumns] = {name, start, end, gradient};
         for (int i = 0; i < kColumns; ++i) {
-            const double size = Drawing::textWidth(cells[i], kTextSize) < kPanel ? kTextSize : Drawing::kLabelSize; // what is long stays whole
-            drawing.label(column(i), y, cells[i], "#000000", size);
+            const double shrunk = kTextSize * (kPanel - 1) / std::max<double>(Drawing::textWidth(cells[i], kTextSize), kPanel - 1); // what is long stays whole
+            drawing.label(column(i), y, cells[i], "#000000", std::max(shrunk, double(Drawing::kLabelSize)));
         }
         y += kTextRow;
     };
     line("constant", "start", "end", "gradient");
     for (const ContactSheet::ParameterRow* row : rows)
-        line(row->name, numbers(row->start), numbers(row->end), numbers(row->gradient));
+        line(row->name, numbers(row->start, 4), numbers(row->end, 4), numbers(row->gradient, 2)); // noise has no more digits
     if (all > rows.size())
         line("and " + std::to_string(all - rows.size()) + " more", "", "", "");
 }

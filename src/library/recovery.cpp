@@ -139,6 +139,21 @@ Image Recovery::target(std::size_t target) const {
     return LoadedTarget(state_->run->optimization().config().targets[target])->image;
 }
 
+Image Recovery::difference(const Image& image, std::size_t target) const {
+    const std::lock_guard lock(state_->mutex());
+    state_->requireTarget(target);
+    const LoadedTarget loaded(state_->run->optimization().config().targets[target]);
+    requireSize(*loaded, image.width, image.height);
+    require(image.channels == 3, "image", "of three channels");
+    Image result = image;
+    for (std::size_t i = 0; i < result.values.size(); ++i) {
+        const bool weighs = loaded->mask.empty() || loaded->mask[i / 3] > 0, clipped = !loaded->clipped.empty() && loaded->clipped[i];
+        const float off = result.values[i] - loaded->image.values[i];
+        result.values[i] = !weighs || (clipped && off > 0) ? 0 : off;
+    }
+    return result;
+}
+
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
     require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;

@@ -57,7 +57,7 @@ TEST(LossCurve, SvgHoldsEveryStepAndAnEscapedTitle) {
 TEST(ContactSheet, ShowsItsPanels) {
     ContactSheet sheet;
     sheet.title = "scene.gltf";
-    sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.1f), Image(16, 16, 3, 0.7f)});
+    sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.1f), Image(16, 16, 3, 0.7f), Image(16, 16, 3, -0.2f)});
     sheet.parameters.push_back({"wall.baseColor", SlotKind::BaseColor, Image(4, 4, 3, 0.5f), Image(4, 4, 3, 0.2f), Image(4, 4, 3, 1e-4f)});
     sheet.loss = {1, 0.5, 0.1};
     const Image picture = sheet.compose();
@@ -80,7 +80,7 @@ TEST(ContactSheet, ShowsWidePicturesInLowRows) {
     const auto sheetOf = [](int width, int height) {
         ContactSheet sheet;
         for (int row = 0; row < 3; ++row)
-            sheet.views.push_back({"", Image(width, height, 3, 0.9f), Image(width, height, 3, 0.1f), Image(width, height, 3, 0.7f)});
+            sheet.views.push_back({"", Image(width, height, 3, 0.9f), Image(width, height, 3, 0.1f), Image(width, height, 3, 0.7f), Image(width, height, 3, -0.2f)});
         sheet.parameters.push_back({"sky", SlotKind::Radiance, Image(64, 32, 3, 0.5f), Image(64, 32, 3, 0.2f), Image(64, 32, 3, 1e-4f)});
         return sheet.compose();
     };
@@ -103,7 +103,7 @@ int darkPixels(const Image& image, int top) {
 
 TEST(ContactSheet, ShowsConstantsAsNumbers) {
     ContactSheet sheet;
-    sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f)});
+    sheet.views.push_back({"", Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f), Image(16, 16, 3, 0.9f), Image(16, 16, 3)});
     const int without = sheet.compose().height;
     sheet.parameters.push_back({"wall.roughness", SlotKind::Roughness, Image(1, 1, 1, 0.5f), Image(1, 1, 1, 0.25f), Image(1, 1, 1, 1e-3f)});
     const Image one = sheet.compose();
@@ -139,7 +139,7 @@ TEST(LossCurve, DrawsTheErrorAsABand) {
 TEST(ContactSheet, ShowsDarkAndBrightScenes) {
     for (const float level : {0.001f, 50.f}) {
         ContactSheet sheet;
-        sheet.views.push_back({"", Image(16, 16, 3, level), Image(16, 16, 3, level / 2), Image(16, 16, 3, level)});
+        sheet.views.push_back({"", Image(16, 16, 3, level), Image(16, 16, 3, level / 2), Image(16, 16, 3, level), Image(16, 16, 3)});
         const Image picture = sheet.compose();
         EXPECT_NEAR(level * exposureFor({&sheet.views[0].target}), 1, 1e-4);
         EXPECT_EQ(pngCode(picture.at(12 + 128, 176)[0]), 255);
@@ -150,7 +150,7 @@ TEST(ContactSheet, ShowsDarkAndBrightScenes) {
 TEST(ContactSheet, StandsMissingPanels) {
     EXPECT_GT(ContactSheet{}.compose().width, 0);
     ContactSheet odd;
-    odd.views.push_back({"a", Image(3000, 1, 3, 0.5f), Image(1, 900, 3, std::nanf("")), Image()});
+    odd.views.push_back({"a", Image(3000, 1, 3, 0.5f), Image(1, 900, 3, std::nanf("")), Image(), Image()});
     odd.parameters.push_back({"p", SlotKind::Emission, Image(5, 3, 1, 0.5f), Image(5, 3, 1, std::nanf("")), Image(5, 3, 1, std::nanf(""))});
     odd.parameters.push_back({"q", SlotKind::Normal, Image(), Image(), Image()});
     EXPECT_GT(odd.compose().width, 0);

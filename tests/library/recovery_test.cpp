@@ -90,6 +90,14 @@ TEST(LibraryRecovery, FindsLightWhoseLampIsClipped) {
         recovery.step();
     for (std::size_t c = 0; c < 3; ++c)
         EXPECT_NEAR(recovery.values("light.emission")[c], truth[c], 0.05 * truth[c]);
+
+    Image brighter = target.image;
+    for (float& value : brighter.values)
+        value += 0.5f;
+    const Image difference = recovery.difference(brighter);
+    for (std::size_t i = 0; i < difference.values.size(); ++i)
+        EXPECT_NEAR(difference.values[i], target.clipped[i] ? 0 : 0.5, 1e-6);
+    EXPECT_THROW(recovery.difference(Image(3, 3, 3)), Error);
 }
 
 TEST(LibraryRecovery, ReadsTargetsWhenStepsSeeThem) {
