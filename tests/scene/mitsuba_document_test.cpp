@@ -1,0 +1,135 @@
+// Scenes in Mitsuba's XML format: names, variables, files, limits, and what is written back.
+#include "mitsuba_scene.h"
+#include "test_images.h"
+
+namespace cmpg::test {
+namespace {
+
+TEST(Mitsuba, NamesParametersAsItsUsersDo) {
+    const TempFolder folder;
+    const Scene s = loadText(folder, kSquare + "<emitter type=\"constant\" id=\"sky\"/>");
+    EXPECT_EQ(find(s, "wall.reflectance").values, (std::vector<float>{0.1f, 0.2f, 0.3f}));
+    for (const char* other : {"wall.reflectance.value", "wall.brdf_0.reflectance.value", "wall.brdf_0.reflectance"})
+        EXPECT_EQ(s.parameter(other), s.parameter("wall.reflectance")) << other;
+    EXPECT_EQ(s.select("wall.brdf_0.reflectance.value").size(), 1u);
+    EXPECT_EQ(s.parameter("sky.radiance.value"), s.environment->parameter);
+    EXPECT_EQ(find(s, "environment.radiance").values, std::vector<float>(6, 1.0f)) << "a row for each pole";
+    EXPECT_EQ(std::string(s.format->exported), "scene.xml");
+}
+
+TEST(Mitsuba, GlobsLeaveOutTheNormalsOfGlass) {
+    const TempFolder folder;
+    const Scene s = loadText(folder, kSquare + "<shape type=\"sphere\"><bsdf type=\"dielectric\" id=\"glass\"/></shape>");
+    const std::uint32_t wall = s.parameter("wall.normal"), glass = s.parameter("glass.normal");
+    std::vector<std::string> left;
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"*.normal"}, &left), std::vector<std::uint32_t>{wall});
+    EXPECT_EQ(left, std::vector<std::string>{"glass.normal"});
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"*"}).size(), s.parameters.size() - 1);
+    // Refused later, with the reason.
+    EXPECT_EQ(s.selectDifferentiable(std::vector<std::string>{"glass.normal", "glass.n*"}), std::vector<std::uint32_t>{glass});
+}
+
+TEST(Mitsuba, VariablesHaveDefaultsAndAreGivenBesideTheScene) {
+    const TempFolder folder;
+    const std::string scene = "<default name=\"depth\" value=\"3\"/><default name=\"kind\" value=\"path\"/>"
+                              "<integrator type=\"$kind\"><integer name=\"max_depth\" value=\"$depth\"/></integrator>" + kSquare;
+    EXPECT_EQ(loadText(folder, scene).maxDepth, 3u);
+    LoadOptions options;
+    options.definitions = {{"depth", "7"}, {"other", "1"}};
+    const Scene s = loadText(folder, scene, options);
+    EXPECT_EQ(s.maxDepth, 7u);
+    EXPECT_TRUE(warned(s, "no variable of the scene is called other"));
+    expectRefused(folder, "<integrator type=\"path\"><integer name=\"max_depth\" value=\"$depth\"/></integrator>", "$depth");
+}
+
+TEST(Mitsuba, IncludesAndReferences) {
+    const TempFolder folder;
+    save(folder, "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"other\"><float name=\"reflectance\" value=\"$grey\"/></bsdf></scene>", "part.xml");
+    const Scene s = loadText(folder, "<default name=\"grey\" value=\"0.25\"/><include filename=\"part.xml\"/>"
+                                     "<shape type=\"rectangle\"><ref id=\"other\"/></shape><shape type=\"disk\"><ref id=\"other\"/></shape>");
+    EXPECT_EQ(find(s, "other.reflectance").values, std::vector<float>(3, 0.25f));
+    EXPECT_EQ(s.materials.size(), 1u) << "shapes share it";
+    expectRefused(folder, "<shape type=\"rectangle\"><ref id=\"none\"/></shape>", "none");
+    expectRefused(folder, "\n<include filename=\"../part.xml\"/>", "leaves the scene's folder", 3);
+    expectRefused(folder, "<include filename=\"/etc/passwd\"/>", "not a relative path");
+    EXPECT_NE(refusal(folder, "<include filename=\"scene.xml\"/>").find("include each other"), std::string::npos);
+}
+
+TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
+    const TempFolder folder;
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"hair\"/></shape>", "use diffuse, ");
+    expectRefused(folder, "\n\n<shape type=\"serialized\"><string name=\"filename\" value=\"a.serialized\"/></shape>", "convert it to .ply", 4);
+    expectRefused(folder, "<shape type=\"teapot\"/>", "use obj, ");
+    expectRefused(folder, "<emitter type=\"sunsky\"/>", "use area, point");
+    expectRefused(folder, "<sensor type=\"fisheye\"/>", "use perspective");
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"marble\" name=\"reflectance\"/></bsdf></shape>", "use bitmap");
+    expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"a\"/></bsdf></shape>", "which is not");
+    expectRefused(folder, "<shape type=\"sphere\"><float name=\"radius\" value=\"1e99\"/></shape>", "which is not");
+    expectRefused(folder, "<shape type=\"obj\"><string name=\"filename\" value=\"none.obj\"/></shape>", "No such file");
+    expectRefused(folder, "<medium type=\"homogeneous\"/>", "medium");
+    expectRefused(folder, "<shape>", "XML", 3);
+    EXPECT_TRUE(warned(loadText(folder, "<shape type=\"rectangle\"><float name=\"fuzz\" value=\"1\"/></shape>"), "fuzz ("));
+}
+
+TEST(Mitsuba, LimitsHold) {
+    const TempFolder folder;
+    std::string deep;
+    for (int i = 0; i < 100000; ++i)
+        deep += "<x>";
+    EXPECT_NE(refusal(folder, deep), "");
+    LoadOptions few;
+    few.maxTriangles = 100;
+    EXPECT_NE(refusal(folder, "<shape type=\"sphere\"/>", few).find("more than 100 triangles"), std::string::npos);
+    std::string doubling = "<default name=\"a\" value=\"xx\"/>";
+    for (char c = 'a'; c < 'z'; ++c)
+        doubling += "<default name=\"" + std::string(1, char(c + 1)) + "\" value=\"$" + c + "$" + c + "\"/>";
+    EXPECT_NE(refusal(folder, doubling).find("too long"), std::string::npos);
+}
+
+TEST(Mitsuba, ExportLoadsBack) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const std::string scene = "<default name=\"grey\" value=\"0.3\"/>" + kSquare +
+                              "<shape type=\"disk\" id=\"lamp\"><emitter type=\"area\"/><bsdf type=\"roughplastic\" id=\"shiny\">"
+                              "<texture type=\"bitmap\" name=\"diffuse_reflectance\"><string name=\"filename\" value=\"picture.png\"/>"
+                              "<string name=\"filter_type\" value=\"nearest\"/><transform name=\"to_uv\"><scale x=\"2\"/></transform></texture></bsdf></shape>"
+                              "<shape type=\"rectangle\" id=\"plain\"><bsdf type=\"diffuse\"><float name=\"reflectance\" value=\"$grey\"/></bsdf></shape>"
+                              "<emitter type=\"constant\" id=\"sky\"/>";
+    LoadOptions options;
+    options.definitions = {{"grey", "0.4"}};
+    Scene s = loadText(folder, scene, options);
+    std::vector<std::uint32_t> changed;
+    const auto change = [&](const std::string& name, float value) {
+        Parameter& p = s.parameters[s.parameter(name)];
+        p.materialise();
+        std::fill(p.values.begin(), p.values.end(), value);
+        changed.push_back(s.parameter(name));
+    };
+    change("wall.reflectance", 0.75f);
+    change("lamp.emitter.radiance", 5);
+    change("shiny.diffuse_reflectance", 0.5f);
+    change("shiny.alpha", 0.25f);
+    change("environment.radiance", 2);
+    exportScene(s, changed, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    ASSERT_EQ(again.parameters.size(), s.parameters.size());
+    for (std::uint32_t i = 0; i < s.parameters.size(); ++i) {
+        Parameter was = s.parameters[i], is = again.parameters[i];
+        was.materialise();
+        is.materialise();
+        EXPECT_EQ(is.name, was.name);
+        EXPECT_EQ(is.nearest, was.nearest) << is.name;
+        EXPECT_EQ(is.uvTransform, was.uvTransform) << is.name;
+        if (is.name == "environment.radiance") // as a picture
+            EXPECT_EQ(is.values, std::vector<float>(4 * 2 * 3, 2.0f));
+        else
+            for (std::size_t k = 0; k < was.values.size(); ++k)
+                EXPECT_NEAR(is.values.at(k), was.values[k], 0.005) << is.name;
+    }
+    EXPECT_EQ(find(again, "plain.bsdf.reflectance").values[0], 0.4f) << "what --define gave is in it";
+    EXPECT_TRUE(fs::exists(folder / "out/parameters/shiny.diffuse_reflectance.exr"));
+    EXPECT_THROW(exportScene(s, {}, fs::path(s.source).parent_path()), Error);
+}
+
+} // namespace
+} // namespace cmpg::test

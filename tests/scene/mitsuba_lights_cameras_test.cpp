@@ -1,0 +1,48 @@
+// Sensors of Mitsuba scenes.
+#include "mitsuba_scene.h"
+
+namespace cmpg::test {
+namespace {
+
+TEST(Mitsuba, FieldsOfView) {
+    const TempFolder folder;
+    const auto half = [&](const std::string& axis, int width, int height) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\"><float name=\"fov\" value=\"60\"/><string name=\"fov_axis\" value=\"" + axis +
+                                             "\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"" + std::to_string(width) +
+                                             "\"/><integer name=\"height\" value=\"" + std::to_string(height) + "\"/><rfilter type=\"box\"/></film></sensor>");
+        EXPECT_EQ(s.cameras.front().size, glm::uvec2(width, height));
+        return std::tan(double(s.cameras.front().yfov) / 2) / std::tan(glm::radians(30.0));
+    };
+    EXPECT_NEAR(half("y", 200, 100), 1, 1e-6);
+    EXPECT_NEAR(half("x", 200, 100), 0.5, 1e-6);
+    EXPECT_NEAR(half("smaller", 200, 100), 1, 1e-6);
+    EXPECT_NEAR(half("larger", 200, 100), 0.5, 1e-6);
+    EXPECT_NEAR(half("smaller", 100, 200), 2, 1e-6);
+    EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
+}
+
+TEST(Mitsuba, ReconstructionFilters) {
+    const TempFolder folder;
+    const auto filter = [&](const std::string& film) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film + "</sensor>");
+        EXPECT_FALSE(warned(s, "not rendered"));
+        return s.cameras.front().filter;
+    };
+    const auto film = [](const std::string& contents) { return "<film type=\"hdrfilm\">" + contents + "</film>"; };
+    for (const std::string& text : {std::string(), film(""), film("<rfilter type=\"gaussian\"/>")}) {
+        EXPECT_EQ(filter(text).kind, PixelFilter::Kind::Gaussian) << text << ": Mitsuba's default";
+        EXPECT_EQ(filter(text).radius, 2);
+        EXPECT_EQ(filter(text).deviation, 0.5f);
+    }
+    EXPECT_EQ(filter(film("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.7\"/></rfilter>")).radius, 2.8f);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"/>")).kind, PixelFilter::Kind::Tent);
+    EXPECT_EQ(filter(film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter>")).radius, 1.5f);
+    EXPECT_EQ(filter(film("<rfilter type=\"box\"/>")).kind, PixelFilter::Kind::Box);
+    const Scene other = loadText(folder, kSquare + "<sensor type=\"perspective\">" + film("<rfilter type=\"mitchell\"/>") + "</sensor>");
+    EXPECT_EQ(other.cameras.front().filter.kind, PixelFilter::Kind::Box);
+    EXPECT_TRUE(warned(other, "mitchell"));
+    expectRefused(folder, "<sensor type=\"perspective\">" + film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1e9\"/></rfilter>") + "</sensor>", "outside of");
+}
+
+} // namespace
+} // namespace cmpg::test
