@@ -44,9 +44,7 @@ TEST(Mitsuba, ObjFiles) {
     EXPECT_EQ(quad.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}));
     EXPECT_EQ(quad.uvs[0], glm::vec2(0, 0.75)) << "OBJ counts from the bottom";
     EXPECT_TRUE(quad.normals.empty());
-    Mesh smooth = quad;
-    addNormals(smooth);
-    EXPECT_EQ(smooth.normals[2], glm::vec3(0, 0, 1));
+    EXPECT_EQ(smoothNormals(quad.positions, quad.triangles)[2], glm::vec3(0, 0, 1));
     EXPECT_THROW(read("v 0 0 0\nf 1 2 3\n"), Error);
     EXPECT_TRUE(read("").triangles.empty());
     std::string polygon = "v 0 0 0\nf";
@@ -114,6 +112,36 @@ TEST(Mitsuba, PlyFiles) {
         for (std::size_t length = 0; length < text.size() - 2; ++length) // the last digit and the space after it
             EXPECT_THROW(plyOf(text.substr(0, length)), Error) << format << ' ' << length << " of " << text.size() << ", header " << body;
     }
+}
+
+// A mirror turns the corners of triangles round, and generated normals with them; normals of the file stay on their side, flat faces on that of the corners.
+TEST(Mitsuba, MirroredMeshesFaceWhereMitsubasDo) {
+    const TempFolder folder;
+    const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    save(folder, corners + "f 1 2 3\n", "plain.obj");
+    save(folder, corners + "vn 0 0 1\nf 1//1 2//1 3//1\n", "normals.obj");
+    save(folder, "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                 "property list uchar int vertex_index\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n", "plain.ply");
+    // The z of the side that the triangle emits to; its normals agree.
+    const auto side = [&](const std::string& file, const std::string& x, const std::string& more) {
+        const Geometry g = loadText(folder, "<shape type=\"" + file.substr(file.size() - 3) + "\"><string name=\"filename\" value=\"" + file +
+                                                "\"/><transform name=\"to_world\"><scale x=\"" + x + "\"/></transform>" + more + "</shape>").geometry;
+        const glm::uvec3 t(g.triangles[0].vertices[0], g.triangles[0].vertices[1], g.triangles[0].vertices[2]);
+        const float z = glm::cross(g.positions[t.y] - g.positions[t.x], g.positions[t.z] - g.positions[t.x]).z;
+        EXPECT_EQ(g.normals.empty() ? z : g.normals[t.x].z, z) << file << x << more;
+        return z;
+    };
+    const std::string flat = "<boolean name=\"face_normals\" value=\"true\"/>", flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    for (const char* plain : {"plain.obj", "plain.ply"}) {
+        EXPECT_EQ(side(plain, "1", ""), 1) << plain;
+        EXPECT_EQ(side(plain, "-1", ""), -1) << plain;
+        EXPECT_EQ(side(plain, "-1", flip), 1) << plain;
+        EXPECT_EQ(side(plain, "-1", flat), -1) << plain;
+    }
+    EXPECT_EQ(side("normals.obj", "1", ""), 1);
+    EXPECT_EQ(side("normals.obj", "-1", ""), 1);
+    EXPECT_EQ(side("normals.obj", "-1", flip), -1);
+    EXPECT_EQ(side("normals.obj", "-1", flat), -1);
 }
 
 TEST(Mitsuba, PlyFilesThatAreRefused) {

@@ -27,19 +27,20 @@ void addPolygon(Mesh& mesh, std::span<const std::uint32_t> corners) {
         mesh.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
 }
 
-void addNormals(Mesh& mesh) {
-    std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0));
-    for (const glm::uvec3& t : mesh.triangles) {
-        const glm::dvec3 normal(unitOrZero(glm::cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x])));
+std::vector<glm::vec3> smoothNormals(std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles) {
+    std::vector<glm::dvec3> sums(positions.size(), glm::dvec3(0));
+    for (const glm::uvec3& t : triangles) {
+        const glm::dvec3 normal(unitOrZero(glm::cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x])));
         for (int k = 0; k < 3; ++k) {
-            const glm::dvec3 at = mesh.positions[t[k]], a = mesh.positions[t[(k + 1) % 3]] - at, b = mesh.positions[t[(k + 2) % 3]] - at;
+            const glm::dvec3 at = positions[t[k]], a = positions[t[(k + 1) % 3]] - at, b = positions[t[(k + 2) % 3]] - at;
             const double lengths = glm::length(a) * glm::length(b);
             if (lengths > 0)
                 sums[t[k]] += normal * std::acos(std::clamp(glm::dot(a, b) / lengths, -1.0, 1.0));
         }
     }
-    mesh.normals.resize(sums.size());
-    std::transform(sums.begin(), sums.end(), mesh.normals.begin(), unitOrZero);
+    std::vector<glm::vec3> normals(sums.size());
+    std::transform(sums.begin(), sums.end(), normals.begin(), unitOrZero);
+    return normals;
 }
 
 } // namespace cmpg

@@ -27,8 +27,8 @@ void requireFinite(const Mesh& mesh, const std::string& name);
 // As a fan of triangles about its first corner.
 void addPolygon(Mesh& mesh, std::span<const std::uint32_t> corners);
 
-// Smooth normals, weighted by the angles of the triangles at each vertex (Thürmer and Wüthrich 1998).
-void addNormals(Mesh& mesh);
+// Smooth normals on the sides that corners go round counter-clockwise, weighted by the angles of the triangles at each vertex (Thürmer and Wüthrich 1998).
+std::vector<glm::vec3> smoothNormals(std::span<const glm::dvec3> positions, std::span<const glm::uvec3> triangles);
 
 Mesh rectangleMesh(); // [-1, 1]^2 at z = 0, faces +z
 Mesh cubeMesh();      // [-1, 1]^3

@@ -23,13 +23,9 @@ class ShapeLoader {
     const Mesh& meshOf(const MitsubaObject& shape, glm::dmat4& toWorld);
     void addMesh(const MitsubaObject& shape, const Mesh& mesh, const glm::dmat4& toWorld, std::uint32_t material);
 
-    struct MeshFile {
-        Mesh mesh;
-        bool smooth = false; // has normals of its own or computed ones
-    };
     MitsubaLoad& load_;
     MitsubaMaterials materials_;
-    std::map<std::pair<std::string, bool>, MeshFile> files_; // by file, and whether shading is smooth
+    std::map<std::pair<std::string, bool>, Mesh> files_; // by file, and whether its normals are read
     std::map<std::string, Mesh> analytic_;
     std::uint64_t vertices_ = 0;
 };
@@ -47,7 +43,7 @@ void ShapeLoader::readMeshes(const std::vector<MitsubaObject>& shapes) {
         const MitsubaObject* shape;
         std::string file;
         bool smooth;
-        MeshFile* result;
+        Mesh* result;
     };
     std::vector<Job> jobs;
     for (const MitsubaObject& shape : shapes) {
@@ -65,9 +61,7 @@ void ShapeLoader::readMeshes(const std::vector<MitsubaObject>& shapes) {
         Mesh mesh = read(load_.document.read(at, job.file), load_.document.place(at) + ": " + job.file);
         if (!job.smooth)
             mesh.normals.clear();
-        else if (mesh.normals.empty())
-            addNormals(mesh);
-        job.result->mesh = std::move(mesh);
+        *job.result = std::move(mesh);
     });
 }
 
@@ -78,7 +72,7 @@ const Mesh& ShapeLoader::meshOf(const MitsubaObject& shape, glm::dmat4& toWorld)
         return found == analytic_.end() ? analytic_.emplace(type, make()).first->second : found->second;
     };
     if (isMeshFile(type))
-        return files_.at({fileOf(shape), !shape.boolean("face_normals", false)}).mesh;
+        return files_.at({fileOf(shape), !shape.boolean("face_normals", false)});
     if (type == "rectangle")
         return analytic(rectangleMesh);
     if (type == "cube")
@@ -115,25 +109,28 @@ void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const gl
     if (load_.geometry.triangles() + mesh.triangles.size() > most || vertices_ > 3 * most)
         shape.fail("the shape brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
                    "the meshes are too detailed, or used too often", "simplify the scene");
-    const bool smooth = !faceNormals && !mesh.normals.empty();
+    const bool smooth = !faceNormals, generated = smooth && mesh.normals.empty();
     load_.geometry.provide({smooth, !mesh.uvs.empty(), false, false, false});
     const glm::dmat3 linear(toWorld), cofactor = cofactorMatrix(linear);
-    const double sign = (glm::determinant(linear) < 0 ? -1 : 1) * (flip ? -1 : 1);
-    std::uint32_t first = 0;
-    std::vector<glm::vec3> normals;
     std::vector<glm::dvec3> positions;
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        Vertex vertex;
-        vertex.position = glm::dvec3(toWorld * glm::dvec4(mesh.positions[i], 1));
-        if (!fitsFloats(vertex.position))
+    for (const glm::dvec3& p : mesh.positions) {
+        positions.emplace_back(toWorld * glm::dvec4(p, 1));
+        if (!fitsFloats(positions.back()))
             shape.fail("the shape leaves the range of numbers", "its transform scales too much", "check the transform");
-        const glm::vec3 normal = mesh.normals.empty() ? glm::vec3(0) : unitOrZero(sign * (cofactor * glm::dvec3(mesh.normals[i])));
+    }
+    // Normals stay on their side of a mirrored surface. Generated ones follow the corners as they lie in the scene.
+    const double sign = (!generated && glm::determinant(linear) < 0 ? -1 : 1) * (flip ? -1 : 1);
+    std::vector<glm::vec3> normals = generated ? smoothNormals(positions, mesh.triangles) : mesh.normals;
+    for (glm::vec3& normal : normals)
+        normal = generated ? float(sign) * normal : unitOrZero(sign * (cofactor * glm::dvec3(normal)));
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        Vertex vertex;
+        vertex.position = positions[i];
         if (smooth)
-            vertex.normal = normal;
+            vertex.normal = normals[i];
         if (!mesh.uvs.empty())
             vertex.uv0 = turnUvs ? glm::vec2(mesh.uvs[i].x, 1 - mesh.uvs[i].y) : mesh.uvs[i];
-        positions.push_back(vertex.position);
-        normals.push_back(normal);
         const std::uint32_t index = load_.geometry.add(vertex);
         if (i == 0)
             first = index;
@@ -141,8 +138,7 @@ void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const gl
     for (const glm::uvec3& t : mesh.triangles) {
         // Mitsuba emits to where the vertices' normals point, we to where corners go round counter-clockwise.
         const glm::dvec3 face = glm::cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x]);
-        const glm::dvec3 mean = glm::dvec3(normals[t.x]) + glm::dvec3(normals[t.y]) + glm::dvec3(normals[t.z]);
-        const bool turn = mesh.normals.empty() ? flip : glm::dot(face, mean) < 0;
+        const bool turn = normals.empty() ? flip : glm::dot(face, glm::dvec3(normals[t.x] + normals[t.y] + normals[t.z])) < 0;
         load_.geometry.add(Triangle{{first + t.x, first + (turn ? t.z : t.y), first + (turn ? t.y : t.z)}, material});
     }
 }
