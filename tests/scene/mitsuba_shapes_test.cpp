@@ -38,6 +38,23 @@ TEST(Mitsuba, TrianglesFaceWhereNormalsPoint) {
         }
 }
 
+TEST(Mitsuba, MirroredSpheresAreTurnedInsideOut) {
+    const TempFolder folder;
+    const auto outwards = [&](const std::string& shape, const std::string& x, const std::string& more) {
+        const Scene s = loadText(folder, "<shape type=\"" + shape + "\"><transform name=\"to_world\"><scale x=\"" + x + "\"/></transform>" + more + "</shape>");
+        const Triangle& t = s.geometry.triangles.front();
+        const glm::vec3 a = s.geometry.positions[t.vertices[0]], b = s.geometry.positions[t.vertices[1]], c = s.geometry.positions[t.vertices[2]];
+        return glm::dot(glm::cross(b - a, c - a), a + b + c) > 0;
+    };
+    const std::string flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    EXPECT_TRUE(outwards("sphere", "1", ""));
+    EXPECT_FALSE(outwards("sphere", "1", flip));
+    EXPECT_FALSE(outwards("sphere", "-1", ""));
+    EXPECT_TRUE(outwards("sphere", "-1", flip));
+    EXPECT_TRUE(outwards("cube", "-1", "")) << "other shapes are not";
+    EXPECT_FALSE(outwards("cube", "-1", flip));
+}
+
 TEST(Mitsuba, ObjFiles) {
     const auto read = [](const std::string& text) { return readObj(Bytes(text.begin(), text.end()), "mesh.obj"); };
     const Mesh quad = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0.25\nf 1/1 2/1 3/1 4/1\n");

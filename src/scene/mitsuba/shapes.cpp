@@ -118,8 +118,10 @@ void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const gl
         if (!fitsFloats(positions.back()))
             shape.fail("the shape leaves the range of numbers", "its transform scales too much", "check the transform");
     }
-    // Normals stay on their side of a mirrored surface. Generated ones follow the corners as they lie in the scene.
-    const double sign = (!generated && glm::determinant(linear) < 0 ? -1 : 1) * (flip ? -1 : 1);
+    // Normals stay on their side of a mirrored surface, but Mitsuba turns a mirrored sphere inside out. Generated ones follow the corners as they lie in
+    // the scene.
+    const bool stay = !generated && shape.type() != "sphere";
+    const double sign = (stay && glm::determinant(linear) < 0 ? -1 : 1) * (flip ? -1 : 1);
     std::vector<glm::vec3> normals = generated ? smoothNormals(positions, mesh.triangles) : mesh.normals;
     for (glm::vec3& normal : normals)
         normal = generated ? float(sign) * normal : unitOrZero(sign * (cofactor * glm::dvec3(normal)));
