@@ -21,6 +21,20 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+TEST(Mitsuba, FocalLengths) {
+    const TempFolder folder;
+    const std::string film = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/></film>";
+    // Half the diagonal at distance 1, times the focal length: that of film of 36 mm by 24 mm.
+    const auto diagonal = [&](const std::string& more) {
+        const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\">" + more + film + "</sensor>");
+        return std::sqrt(5.0) * std::tan(double(s.cameras.front().yfov) / 2);
+    };
+    const double half = std::hypot(18, 12);
+    EXPECT_NEAR(diagonal("<string name=\"focal_length\" value=\"35mm\"/>"), half / 35, 1e-6);
+    EXPECT_NEAR(diagonal(""), half / 50, 1e-6) << "Mitsuba's default";
+    EXPECT_NEAR(diagonal("<string name=\"fov_axis\" value=\"y\"/>"), half / 50, 1e-6) << "the axis is of fov";
+}
+
 TEST(Mitsuba, ReconstructionFilters) {
     const TempFolder folder;
     const auto filter = [&](const std::string& film) {

@@ -60,10 +60,13 @@ Film readFilm(MitsubaLoad& load, const MitsubaObject& sensor) {
 }
 
 double focalLength(const MitsubaObject& sensor) { // in millimetres
-    std::string text = sensor.string("focal_length", "50mm");
+    const MitsubaElement* e = sensor.find("focal_length");
+    if (!e)
+        return 50;
+    std::string text = sensor.string("focal_length", "");
     if (text.ends_with("mm"))
         text.resize(text.size() - 2);
-    const double length = mitsubaNumbers(sensor.document(), *sensor.find("focal_length"), text, 1, 1)[0];
+    const double length = mitsubaNumbers(sensor.document(), *e, text, 1, 1)[0];
     if (!(length > 0))
         sensor.fail("the focal length is not positive");
     return length;
@@ -77,8 +80,8 @@ double halfHeight(const MitsubaObject& sensor, double aspect) {
         half = std::tan(glm::radians(sensor.real("fov", 50, 0, 180)) / 2);
     } else {
         constexpr double kDiagonal = 43.266615305567875; // of film of 36 mm by 24 mm
-        half = sensor.find("focal_length") ? kDiagonal / (2 * focalLength(sensor)) : std::tan(glm::radians(50.0) / 2);
-        axis = sensor.find("focal_length") ? "diagonal" : axis;
+        half = kDiagonal / (2 * focalLength(sensor));
+        axis = "diagonal";
     }
     if (!(half > kLeast && half < 1 / kLeast))
         sensor.fail("the field of view has no size, or is all of a half turn");
