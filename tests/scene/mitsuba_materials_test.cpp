@@ -81,6 +81,25 @@ TEST(Mitsuba, SurfaceModels) {
     EXPECT_TRUE(material("").oneSided) << "Mitsuba's default is diffuse";
 }
 
+TEST(Mitsuba, MetalsWithoutANameAreMirrorsOrOfOldCopper) {
+    const TempFolder folder;
+    for (const char* type : {"conductor", "roughconductor"}) {
+        const auto shape = [&](const std::string& inside) { return "<shape type=\"disk\"><bsdf type=\"" + std::string(type) + "\">" + inside + "</bsdf></shape>"; };
+        for (const char* version : {"3.0.0", "2.1.0"}) {
+            const Material m = loadText(folder, shape(""), {}, version).materials[0];
+            EXPECT_EQ(m.eta, glm::vec3(0)) << version << ": reflects all";
+            EXPECT_EQ(m.k, glm::vec3(1)) << version;
+        }
+        const Material copper = loadText(folder, shape("<string name=\"material\" value=\"Cu\"/>")).materials[0];
+        const Scene old = loadText(folder, shape(""), {}, "0.6.0");
+        EXPECT_EQ(old.materials[0].eta, copper.eta);
+        EXPECT_EQ(old.materials[0].k, copper.k);
+        exportScene(old, {}, folder / type);
+        EXPECT_EQ(loadScene(folder / type / "scene.xml").materials[0].eta, copper.eta) << "as a file of version 3";
+        EXPECT_EQ(loadText(folder, shape("<rgb name=\"eta\" value=\"0.5\"/>"), {}, "0.6.0").materials[0].k, glm::vec3(1));
+    }
+}
+
 TEST(Mitsuba, TwoAlphas) {
     const TempFolder folder;
     savePng(folder / "picture.png", 2, 1, 3, {255, 255, 255, 51, 51, 51});

@@ -10,8 +10,8 @@ inline fs::path save(const TempFolder& folder, const std::string& text, const st
     return folder / name;
 }
 
-inline Scene loadText(const TempFolder& folder, const std::string& contents, const LoadOptions& options = {}) {
-    return loadScene(save(folder, "<scene version=\"3.0.0\">\n" + contents + "\n</scene>\n"), options);
+inline Scene loadText(const TempFolder& folder, const std::string& contents, const LoadOptions& options = {}, const std::string& version = "3.0.0") {
+    return loadScene(save(folder, "<scene version=\"" + version + "\">\n" + contents + "\n</scene>\n"), options);
 }
 
 inline const std::string kSquare = "<shape type=\"rectangle\"><bsdf type=\"twosided\" id=\"wall\"><bsdf type=\"diffuse\">"

@@ -16,6 +16,7 @@ namespace {
 constexpr std::uintmax_t kMaxXmlBytes = std::uintmax_t(256) << 20;
 constexpr std::size_t kMaxElements = std::size_t(1) << 20; // with included files, each time they are included
 constexpr int kMaxDepth = 64, kMaxIncludes = 15;
+constexpr double kCurrentVersion = 3;
 constexpr std::size_t kMaxValue = std::size_t(1) << 16; // of an attribute, variables replaced
 
 constexpr const char* kObjects[] = {"bsdf", "texture", "shape", "emitter", "sensor", "film", "rfilter", "sampler", "integrator", "medium", "phase", "volume"};
@@ -61,6 +62,7 @@ class MitsubaDocument::Reader {
     void children(const pugi::xml_node& node, MitsubaElement& parent, std::uint32_t file, int depth, int includes);
     std::string substituted(std::string text, const MitsubaElement& element) const;
     void define(const MitsubaElement& element);
+    void fillOldDefaults(MitsubaElement& element);
 
     MitsubaDocument& d_;
 };
@@ -90,6 +92,7 @@ void MitsubaDocument::Reader::file(const fs::path& path, const std::string& name
     locate(root.offset_debug());
     if (std::strcmp(root.name(), "scene") != 0)
         d_.fail(at, "<" + std::string(root.name()).substr(0, 64) + "> is no scene", "it is another kind of XML file", "name a file whose root is <scene>");
+    file.old = root.attribute("version").as_double(kCurrentVersion) < 2; // 0.6.0 is read as 0.6
     children(root, d_.root_, index, 0, includes);
 }
 
@@ -121,6 +124,22 @@ void MitsubaDocument::Reader::define(const MitsubaElement& element) {
         d_.fail(element, "<default> needs name and value");
     d_.used_.insert(element.name);
     d_.variables_.try_emplace(element.name, *value); // what was given beside the scene, or above, stays
+}
+
+// Metals were copper, and are perfect mirrors since version 2. The element also tells Mitsuba 3, where the scene is written back.
+void MitsubaDocument::Reader::fillOldDefaults(MitsubaElement& element) {
+    if (element.tag != "bsdf" || (element.type != "conductor" && element.type != "roughconductor"))
+        return;
+    for (const MitsubaElement* child : element.children)
+        if (child->name == "material" || child->name == "eta" || child->name == "k")
+            return;
+    MitsubaElement& material = d_.elements_.emplace_back();
+    material.tag = "string";
+    material.name = "material";
+    material.attributes["value"] = "Cu";
+    material.file = element.file;
+    material.line = element.line;
+    element.children.push_back(&material);
 }
 
 void MitsubaDocument::Reader::children(const pugi::xml_node& node, MitsubaElement& parent, std::uint32_t file, int depth, int includes) {
@@ -181,6 +200,8 @@ void MitsubaDocument::Reader::children(const pugi::xml_node& node, MitsubaElemen
         if (!element.id.empty() && !d_.ids_.try_emplace(element.id, &element).second)
             d_.fail(element, "the id " + element.id + " is given twice", "two parts of the scene were merged", "rename one of them");
         children(child, element, file, depth + 1, includes);
+        if (d_.files_[file].old)
+            fillOldDefaults(element);
         parent.children.push_back(&element);
     }
 }

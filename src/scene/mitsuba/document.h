@@ -56,6 +56,7 @@ class MitsubaDocument {
     struct File {
         std::string name;
         std::vector<std::size_t> lines; // offsets of line breaks
+        bool old = false;               // of a version before 2
     };
     class Reader;
 

@@ -147,8 +147,7 @@ void MaterialMaker::dielectric(const MitsubaObject& bsdf, bool rough, bool thin)
 
 void MaterialMaker::conductor(const MitsubaObject& bsdf, bool rough) {
     material_.model = SurfaceModel::Conductor;
-    const bool numbers = bsdf.find("eta") || bsdf.find("k");
-    const std::string name = bsdf.string("material", numbers ? "none" : "Cu");
+    const std::string name = bsdf.string("material", "none");
     const std::optional<ConductorIndex> known = conductorIndex(name);
     if (!known)
         bsdf.document().fail(*bsdf.find("material"), "the metal \"" + name.substr(0, 64) + "\" is not known",
