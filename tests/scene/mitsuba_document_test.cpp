@@ -55,6 +55,19 @@ TEST(Mitsuba, IncludesAndReferences) {
     EXPECT_NE(refusal(folder, "<include filename=\"scene.xml\"/>").find("include each other"), std::string::npos);
 }
 
+TEST(Mitsuba, IncludedFilesStandWhereTheyAreIncluded) {
+    const TempFolder folder;
+    save(folder, "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"red\"><rgb name=\"reflectance\" value=\"0.9, 0.1, 0.1\"/></bsdf></scene>", "red.xml");
+    save(folder, "<scene version=\"3.0.0\"><include filename=\"red.xml\"/><float name=\"radius\" value=\"2\"/></scene>", "both.xml");
+    const Scene s = loadText(folder, "<shape type=\"sphere\"><include filename=\"both.xml\"/></shape><shape type=\"rectangle\"/>");
+    ASSERT_EQ(s.materials.size(), 2u);
+    EXPECT_EQ(s.materials[s.geometry.triangles.front().material].name, "red");
+    EXPECT_NEAR(glm::length(s.geometry.positions[s.geometry.triangles.front().vertices[0]] + glm::vec3(s.center)), 2, 0.01);
+    exportScene(s, {}, folder / "out");
+    EXPECT_EQ(loadScene(folder / "out/scene.xml").materials.size(), 2u);
+    expectRefused(folder, "<shape type=\"sphere\"><include filename=\"none.xml\"/></shape>", "there is no file none.xml");
+}
+
 TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
     const TempFolder folder;
     expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"hair\"/></shape>", "use diffuse, ");

@@ -56,7 +56,8 @@ const std::string* MitsubaElement::attribute(const std::string& key) const {
 class MitsubaDocument::Reader {
   public:
     explicit Reader(MitsubaDocument& document) : d_(document) {}
-    void file(const fs::path& path, const std::string& name, int includes);
+    // What stands in the file becomes children of `parent`.
+    void file(const fs::path& path, const std::string& name, MitsubaElement& parent, int depth, int includes);
 
   private:
     void children(const pugi::xml_node& node, MitsubaElement& parent, std::uint32_t file, int depth, int includes);
@@ -67,7 +68,7 @@ class MitsubaDocument::Reader {
     MitsubaDocument& d_;
 };
 
-void MitsubaDocument::Reader::file(const fs::path& path, const std::string& name, int includes) {
+void MitsubaDocument::Reader::file(const fs::path& path, const std::string& name, MitsubaElement& parent, int depth, int includes) {
     const Bytes bytes = readFile(path, kMaxXmlBytes);
     const auto index = std::uint32_t(d_.files_.size());
     File& file = d_.files_.emplace_back();
@@ -93,7 +94,7 @@ void MitsubaDocument::Reader::file(const fs::path& path, const std::string& name
     if (std::strcmp(root.name(), "scene") != 0)
         d_.fail(at, "<" + std::string(root.name()).substr(0, 64) + "> is no scene", "it is another kind of XML file", "name a file whose root is <scene>");
     file.old = root.attribute("version").as_double(kCurrentVersion) < 2; // 0.6.0 is read as 0.6
-    children(root, d_.root_, index, 0, includes);
+    children(root, parent, index, depth, includes);
 }
 
 std::string MitsubaDocument::Reader::substituted(std::string text, const MitsubaElement& element) const {
@@ -182,7 +183,7 @@ void MitsubaDocument::Reader::children(const pugi::xml_node& node, MitsubaElemen
             const fs::path path = d_.path(element, *name);
             if (!fileExists(path))
                 d_.fail(element, "there is no file " + *name, "it was moved, renamed or left behind", "copy the whole folder of the scene");
-            this->file(path, *name, includes + 1);
+            this->file(path, *name, parent, depth, includes + 1);
             continue;
         }
         if (element.tag == "alias") {
@@ -212,7 +213,7 @@ MitsubaDocument::MitsubaDocument(const fs::path& file, const std::map<std::strin
     Reader reader(*this);
     if (fileExists(file)) // a link to a scene stands for the scene itself: its neighbours are where it really lies
         folder_ = fs::canonical(file).parent_path();
-    reader.file(file, file.string(), 0);
+    reader.file(file, file.string(), root_, 0, 0);
 }
 
 const MitsubaElement& MitsubaDocument::resolve(const MitsubaElement& element) const {
