@@ -9,6 +9,7 @@ namespace cmpg {
 struct ContainedPath {
     std::filesystem::path file; // symbolic links followed; it may not exist
     std::string refusal;        // why the name is refused, as "which leaves the scene's folder"; empty: it is not
+    std::string cause, remedy;  // of a refusal
 };
 
 // What a relative path stands for beside a scene in `folder`, which is canonical.

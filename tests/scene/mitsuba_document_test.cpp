@@ -84,6 +84,13 @@ TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
     EXPECT_TRUE(warned(loadText(folder, "<shape type=\"rectangle\"><float name=\"fuzz\" value=\"1\"/></shape>"), "fuzz ("));
 }
 
+TEST(Mitsuba, BackslashesAreRefusedByName) {
+    const TempFolder folder;
+    const std::string message = refusal(folder, "<shape type=\"obj\"><string name=\"filename\" value=\"meshes\\a.obj\"/></shape>"), place = "scene.xml:2: ";
+    EXPECT_NE(message.find("use / in place of \\"), std::string::npos) << message;
+    EXPECT_EQ(message.find(place), message.rfind(place)) << message;
+}
+
 TEST(Mitsuba, LimitsHold) {
     const TempFolder folder;
     std::string deep;

@@ -160,10 +160,9 @@ void GltfDocument::checkVersionAndExtensions() const {
 
 fs::path GltfDocument::resolve(const JsonView& uri) const {
     const std::string relative = percentDecode(uri);
-    ContainedPath path = containedPath(folder_, relative);
+    const ContainedPath path = containedPath(folder_, relative);
     if (!path.refusal.empty())
-        uri.fail("is \"" + relative + "\", " + path.refusal, "scenes may only name files inside their own folder",
-                 "put the file next to the scene and name it by a relative path");
+        uri.fail("is \"" + relative + "\", " + path.refusal, path.cause, path.remedy);
     return path.file;
 }
 

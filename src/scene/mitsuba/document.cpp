@@ -242,16 +242,16 @@ void MitsubaDocument::fail(const MitsubaElement& element, const std::string& wha
 }
 
 fs::path MitsubaDocument::path(const MitsubaElement& element, const std::string& relative) const {
-    ContainedPath path = containedPath(folder_, relative);
+    const ContainedPath path = containedPath(folder_, relative);
     if (!path.refusal.empty())
-        fail(element, "names \"" + relative + "\", " + path.refusal, "scenes may only name files inside their own folder",
-             "put the file next to the scene and name it by a relative path");
+        fail(element, "names \"" + relative + "\", " + path.refusal, path.cause, path.remedy);
     return path.file;
 }
 
 Bytes MitsubaDocument::read(const MitsubaElement& element, const std::string& relative) const {
+    const fs::path file = path(element, relative);
     try {
-        return readFile(path(element, relative));
+        return readFile(file);
     } catch (const Error& e) {
         throw Error(e.kind, place(element) + ": " + e.what(), "a file of the scene was moved, renamed or left behind", "copy the whole folder of the scene");
     }
