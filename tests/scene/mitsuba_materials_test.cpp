@@ -1,5 +1,6 @@
 // BSDFs and area lights of Mitsuba scenes.
 #include "mitsuba_scene.h"
+#include "scene/image.h"
 #include "test_images.h"
 
 namespace cmpg::test {
@@ -98,6 +99,43 @@ TEST(Mitsuba, MetalsWithoutANameAreMirrorsOrOfOldCopper) {
         EXPECT_EQ(loadScene(folder / type / "scene.xml").materials[0].eta, copper.eta) << "as a file of version 3";
         EXPECT_EQ(loadText(folder, shape("<rgb name=\"eta\" value=\"0.5\"/>"), {}, "0.6.0").materials[0].k, glm::vec3(1));
     }
+}
+
+TEST(Mitsuba, EncodedColoursAreDecoded) {
+    const TempFolder folder;
+    const auto shape = [](const std::string& value) { return "<shape type=\"disk\"><bsdf type=\"diffuse\" id=\"wall\"><srgb name=\"reflectance\" value=\"" + value + "\"/></bsdf></shape>"; };
+    const auto color = [&](const std::string& value) { return find(loadText(folder, shape(value), {}, "0.6.0"), "wall.reflectance").values; };
+    EXPECT_EQ(color("0.5, 0.02 1"), (std::vector<float>{srgbDecode(0.5f), 0.02f / 12.92f, 1}));
+    EXPECT_EQ(color("0.5"), std::vector<float>(3, srgbDecode(0.5f)));
+    EXPECT_EQ(color("#8040FF"), (std::vector<float>{srgbDecode(128 / 255.0f), srgbDecode(64 / 255.0f), 1}));
+    const Scene s = loadText(folder, shape("#8040ff"));
+    exportScene(s, {}, folder / "out");
+    EXPECT_EQ(readText(folder / "out/scene.xml").find("srgb"), std::string::npos) << "Mitsuba 3 does not read it";
+    EXPECT_EQ(find(loadScene(folder / "out/scene.xml"), "wall.reflectance").values, find(s, "wall.reflectance").values);
+    for (const char* value : {"#8040f", "#8040ffa", "#80-0ff", "0 #8040ff", "#"})
+        expectRefused(folder, shape(value), "write #rrggbb");
+    expectRefused(folder, shape("0.1 0.2"), "one number or three");
+}
+
+// What stock Mitsuba 3.9.1 makes of them in its rgb mode.
+TEST(Mitsuba, SpectraThatAreColours) {
+    const TempFolder folder;
+    const auto lamp = [](const std::string& type, const std::string& inside) {
+        return "<shape type=\"disk\" id=\"lamp\"><emitter type=\"area\"><spectrum name=\"radiance\" type=\"" + type + "\">" + inside + "</spectrum></emitter></shape>";
+    };
+    const auto radiance = [&](const std::string& type, const std::string& inside) { return find(loadText(folder, lamp(type, inside)), "lamp.emitter.radiance").values; };
+    const std::string color = "<rgb name=\"color\" value=\"1, 2, 3\"/>", scale = "<float name=\"scale\" value=\"3\"/>";
+    EXPECT_EQ(radiance("uniform", "<float name=\"value\" value=\"0.75\"/>"), std::vector<float>(3, 0.75f));
+    EXPECT_EQ(radiance("d65", ""), std::vector<float>(3, 1.0f));
+    EXPECT_EQ(radiance("d65", scale), std::vector<float>(3, 3.0f));
+    EXPECT_EQ(radiance("d65", color + scale), (std::vector<float>{3, 6, 9}));
+    EXPECT_EQ(radiance("srgb", color), (std::vector<float>{1, 2, 3}));
+    const Scene shared = loadText(folder, "<spectrum type=\"d65\" id=\"white\">" + scale + "</spectrum><emitter type=\"point\"><ref name=\"intensity\" id=\"white\"/></emitter>" + kSquare);
+    EXPECT_EQ(shared.lights.at(0).intensity, glm::vec3(3));
+    expectRefused(folder, lamp("blackbody", "<float name=\"temperature\" value=\"5000\"/>"), "the spectrum blackbody is not supported");
+    expectRefused(folder, lamp("uniform", ""), "needs a value");
+    expectRefused(folder, lamp("srgb", ""), "needs a color");
+    expectRefused(folder, lamp("d65", "<float name=\"temperature\" value=\"5000\"/>"), "no property temperature");
 }
 
 TEST(Mitsuba, TwoAlphas) {

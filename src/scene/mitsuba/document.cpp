@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "scene/contained_path.h"
+#include "scene/mitsuba/colors.h"
 
 #include <algorithm>
 #include <cctype>
@@ -201,6 +202,7 @@ void MitsubaDocument::Reader::children(const pugi::xml_node& node, MitsubaElemen
         if (!element.id.empty() && !d_.ids_.try_emplace(element.id, &element).second)
             d_.fail(element, "the id " + element.id + " is given twice", "two parts of the scene were merged", "rename one of them");
         children(child, element, file, depth + 1, includes);
+        becomeRgb(d_, element);
         if (d_.files_[file].old)
             fillOldDefaults(element);
         parent.children.push_back(&element);

@@ -1,4 +1,5 @@
-// A Mitsuba scene as a tree of elements, read safely: variables replaced, included files in place, names in the style of version 3.
+// A Mitsuba scene as a tree of elements, read safely: variables replaced, included files in place, names in the style of version 3, colours of other
+// forms as <rgb>.
 #pragma once
 
 #include "scene/file_io.h"

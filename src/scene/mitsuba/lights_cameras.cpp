@@ -150,9 +150,10 @@ glm::vec3 brightness(MitsubaLoad& load, const MitsubaObject& emitter, const char
     const MitsubaElement* e = emitter.find(property);
     if (!e)
         return glm::vec3(1);
-    if (load.document.resolve(*e).isObject())
+    const MitsubaElement& target = load.document.resolve(*e);
+    if (target.isObject())
         load.document.fail(*e, "a texture as " + std::string(property) + " is not supported", "", "give it as <rgb>");
-    const glm::dvec3 color = mitsubaColor(load.document, *e, true);
+    const glm::dvec3 color = mitsubaColor(load.document, target, true);
     if (!(glm::compMin(color) >= 0))
         load.document.fail(*e, std::string(property) + " is negative");
     return glm::vec3(color);

@@ -134,10 +134,10 @@ glm::dvec3 mitsubaColor(const MitsubaDocument& d, const MitsubaElement& e, bool 
         return glm::dvec3(numberOf(d, e, text));
     if (e.tag == "spectrum" && text.find(':') != std::string::npos)
         d.fail(e, "spectra by wavelength are not supported", "colours are RGB here", "give it as <rgb>");
-    if (e.tag != "rgb" && e.tag != "srgb" && e.tag != "spectrum")
+    if (e.tag != "rgb" && e.tag != "spectrum")
         d.fail(e, "<" + e.tag + "> is no colour", "", "use rgb, float, or a texture");
     if (text.find('#') != std::string::npos)
-        d.fail(e, "colours in hexadecimal are not supported", "Mitsuba 3 does not read them either", "give three linear numbers");
+        d.fail(e, "colours in hexadecimal are not supported", "Mitsuba 3 does not read them either", "give three linear numbers, or <srgb>");
     const std::vector<double> v = mitsubaNumbers(d, e, text, 1, 3);
     if (v.size() == 2)
         d.fail(e, "<" + e.tag + "> takes one number or three");

@@ -38,7 +38,7 @@ MitsubaTexture readCheckerboard(MitsubaLoad& load, const MitsubaObject& texture)
         const MitsubaElement* e = texture.find(name);
         if (e && load.document.resolve(*e).isObject())
             load.document.fail(*e, "textures within a checkerboard are not supported", "", "give " + std::string(name) + " as <rgb>");
-        return e ? mitsubaColor(load.document, *e, false) : glm::dvec3(fallback);
+        return e ? mitsubaColor(load.document, load.document.resolve(*e), false) : glm::dvec3(fallback);
     };
     const glm::vec3 colors[] = {color("color0", 0.4), color("color1", 0.2)};
     MitsubaTexture out;
