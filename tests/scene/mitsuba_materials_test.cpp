@@ -101,6 +101,19 @@ TEST(Mitsuba, MetalsWithoutANameAreMirrorsOrOfOldCopper) {
     }
 }
 
+TEST(Mitsuba, NullSurfacesLetLightThroughAndMayEmit) {
+    const TempFolder folder;
+    const std::string null = "<bsdf type=\"null\"/>", emitter = "<emitter type=\"area\"><rgb name=\"radiance\" value=\"3\"/></emitter>";
+    const Scene s = loadText(folder, kSquare + "<shape type=\"disk\">" + null + "</shape><shape type=\"rectangle\" id=\"lamp\">" + null + emitter + "</shape>");
+    ASSERT_EQ(s.geometry.triangles.size(), 4u) << "the disk is not there";
+    const Material& m = s.materials[s.geometry.triangles.back().material];
+    EXPECT_EQ(m.model, SurfaceModel::ThinDielectric);
+    EXPECT_EQ(m.ior, 1);
+    EXPECT_FALSE(m.oneSided);
+    EXPECT_EQ(s.parameters[m.parameters[std::size_t(SlotKind::BaseColor)]].values, std::vector<float>(3, 1.0f));
+    EXPECT_EQ(find(s, "lamp.emitter.radiance").values, std::vector<float>(3, 3.0f));
+}
+
 TEST(Mitsuba, EncodedColoursAreDecoded) {
     const TempFolder folder;
     const auto shape = [](const std::string& value) { return "<shape type=\"disk\"><bsdf type=\"diffuse\" id=\"wall\"><srgb name=\"reflectance\" value=\"" + value + "\"/></bsdf></shape>"; };

@@ -61,6 +61,7 @@ class MaterialMaker {
     MaterialMaker(MitsubaLoad& load, Material& material) : load_(load), material_(material) {}
 
     void leaf(const MitsubaObject& bsdf);
+    void nothing();
     void blend(const MitsubaObject& bsdf, const Material& first, const Material& second);
     void mask(const MitsubaObject& mask);
     // A slot that has no property in Mitsuba, or keeps its default.
@@ -224,6 +225,17 @@ void MaterialMaker::leaf(const MitsubaObject& bsdf) {
     load_.noteUnread(bsdf);
 }
 
+// Under light that a null surface emits: a pane that bends and reflects nothing, as it is to Mitsuba's path tracer.
+void MaterialMaker::nothing() {
+    material_.model = SurfaceModel::ThinDielectric;
+    material_.ior = 1;
+    material_.smooth = true;
+    constant(SlotKind::BaseColor, 3, glm::vec3(1));
+    constant(SlotKind::Roughness, 1, glm::vec3(0));
+    constant(SlotKind::Metallic, 1, glm::vec3(0));
+    constant(SlotKind::Specular, 3, glm::vec3(1));
+}
+
 // The first of a blend's materials becomes the blend, the second a material that it names; their parameters are those of the two.
 void MaterialMaker::blend(const MitsubaObject& bsdf, const Material& first, const Material& second) {
     const std::string name = material_.name;
@@ -325,10 +337,12 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
             maker.leaf(wrapped->bsdf);
             const bool closed = material.model == SurfaceModel::Dielectric || material.model == SurfaceModel::ThinDielectric;
             material.oneSided = !wrapped->twosided && !closed;
+        } else if (wrapped) {
+            maker.nothing();
         } else {
             // What emits is black otherwise, unless it says more.
-            material.oneSided = !emitter && !wrapped;
-            maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter || wrapped ? 0.0f : 0.5f), "reflectance");
+            material.oneSided = !emitter;
+            maker.constant(SlotKind::BaseColor, 3, glm::vec3(emitter ? 0.0f : 0.5f), "reflectance");
             maker.constant(SlotKind::Roughness, 1, glm::vec3(1));
             maker.constant(SlotKind::Metallic, 1, glm::vec3(0));
             maker.constant(SlotKind::Specular, 1, glm::vec3(0));
