@@ -200,6 +200,8 @@ TEST(Mitsuba, MasksCoverInPart) {
     const Scene constant = load("<float name=\"opacity\" value=\"0.25\"/>");
     EXPECT_TRUE(constant.materials[0].alphaMask && constant.materials[0].coverage);
     EXPECT_EQ(constant.materials[0].alphaFactor, 0.25f);
+    EXPECT_EQ(load("<rgb name=\"opacity\" value=\"0.25\"/>").materials[0].alphaFactor, 0.25f);
+    EXPECT_EQ(load("<rgb name=\"opacity\" value=\"1, 0.5, 0\"/>").materials[0].alphaFactor, 0.5f) << "the mean";
     EXPECT_FALSE(load("<float name=\"opacity\" value=\"1\"/>").materials[0].alphaMask);
     const auto texture = [](const std::string& more) {
         return "<texture type=\"bitmap\" name=\"opacity\"><string name=\"filename\" value=\"opacity.png\"/>" + more + "</texture>";

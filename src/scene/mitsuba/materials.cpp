@@ -253,11 +253,13 @@ void MaterialMaker::blend(const MitsubaObject& bsdf, const Material& first, cons
 }
 
 void MaterialMaker::mask(const MitsubaObject& mask) {
-    constexpr float kHalf = 0.5f;
+    constexpr double kHalf = 0.5;
     const MitsubaElement* e = mask.find("opacity");
     const MitsubaElement* target = e ? &load_.document.resolve(*e) : nullptr;
     if (!target || !target->isObject()) {
-        material_.alphaFactor = target ? float(std::clamp(mitsubaColor(load_.document, *target, false).x, 0.0, 1.0)) : kHalf;
+        // Where Mitsuba needs a number it takes the mean of a constant colour, but the luminance of a picture's.
+        const glm::dvec3 color = target ? mitsubaColor(load_.document, *target, false) : glm::dvec3(kHalf);
+        material_.alphaFactor = float(std::clamp((color.x + color.y + color.z) / 3, 0.0, 1.0));
         material_.alphaMask = material_.coverage = material_.alphaFactor < 1;
     } else {
         material_.alphaMask = material_.coverage = true;
