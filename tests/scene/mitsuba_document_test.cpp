@@ -91,6 +91,36 @@ TEST(Mitsuba, BackslashesAreRefusedByName) {
     EXPECT_EQ(message.find(place), message.rfind(place)) << message;
 }
 
+TEST(Mitsuba, Integrators) {
+    const TempFolder folder;
+    const auto load = [&](const std::string& type, const std::string& inside = "") {
+        return loadText(folder, kSquare + "<integrator type=\"" + type + "\">" + inside + "</integrator>");
+    };
+    const auto depth = [](int n) { return "<integer name=\"max_depth\" value=\"" + std::to_string(n) + "\"/>"; };
+    const auto path = [&](int n) { return "<integrator type=\"path\">" + depth(n) + "</integrator>"; };
+    for (const char* type : {"path", "volpath", "prb", "bdpt"}) {
+        const Scene s = load(type, depth(5));
+        EXPECT_EQ(s.maxDepth, 5u) << type;
+        EXPECT_FALSE(warned(s, "integrator") || warned(s, "segments")) << type;
+    }
+    EXPECT_EQ(load("direct").maxDepth, 2u);
+    EXPECT_FALSE(warned(load("direct"), "integrator"));
+    for (const Scene& s : {load("aov", path(3)), load("moment", "<integrator type=\"aov\">" + path(3) + "</integrator>")}) {
+        EXPECT_EQ(s.maxDepth, 3u);
+        EXPECT_FALSE(warned(s, "integrator") || warned(s, "segments"));
+    }
+    const Scene two = load("aov", path(3) + "<integrator type=\"direct\"/>");
+    EXPECT_EQ(two.maxDepth, 3u);
+    EXPECT_TRUE(warned(two, "the first is rendered"));
+    EXPECT_TRUE(warned(load("depth"), "the integrator depth is not supported"));
+    EXPECT_TRUE(warned(load("aov"), "the integrator aov is not supported")) << "of no colour";
+    EXPECT_TRUE(warned(load("path"), "paths have no limit"));
+    const Scene deep = load("path", depth(5000));
+    EXPECT_TRUE(warned(deep, "paths may have 5000 segments"));
+    EXPECT_FALSE(warned(deep, "no limit"));
+    expectRefused(folder, "<integrator type=\"path\" id=\"a\"><ref id=\"a\"/></integrator>" + kSquare, "nested too deeply");
+}
+
 TEST(Mitsuba, LimitsHold) {
     const TempFolder folder;
     std::string deep;

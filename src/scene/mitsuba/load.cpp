@@ -5,6 +5,7 @@
 #include "scene/mitsuba/mitsuba.h"
 
 #include <algorithm>
+#include <limits>
 #include <new>
 
 namespace cmpg {
@@ -30,6 +31,21 @@ void checkContents(const MitsubaLoad& load) {
     }
 }
 
+// The one that says how light travels: others only record more about its paths.
+MitsubaObject innermostIntegrator(MitsubaLoad& load, const MitsubaObject& outermost) {
+    constexpr int kMostLevels = 8;
+    MitsubaObject integrator = outermost;
+    for (int depth = 0; depth < kMostLevels; ++depth) {
+        const std::vector<MitsubaObject> nested = integrator.objects("integrator");
+        if (nested.empty())
+            return integrator;
+        if (nested.size() > 1)
+            load.warn("of the integrators within " + integrator.type().substr(0, 64) + ", the first is rendered");
+        integrator = nested.front();
+    }
+    outermost.fail("integrators are nested too deeply", "", "at most " + std::to_string(kMostLevels) + " levels are read");
+}
+
 } // namespace
 
 const SceneFormat kMitsuba = {"Mitsuba XML", kExtensions, beginsXml, loadMitsuba, writeMitsuba, "scene.xml"};
@@ -45,15 +61,24 @@ std::string MitsubaLoad::nameOf(const MitsubaObject& object, const char* fallbac
 
 void loadMitsubaIntegrator(MitsubaLoad& load) {
     constexpr std::uint32_t kUnlimited = 32, kMost = 1024;
+    // What they all converge to is the image of a path tracer, where there are no media.
+    constexpr const char* kPaths[] = {"path", "volpath", "volpathmis", "volpath_simple", "prb", "prb_basic", "prb_projective", "prbvolpath", "ptracer",
+                                      "bdpt", "mlt", "pssmlt", "erpt", "photonmapper", "ppm", "sppm", "vpl"};
     for (const MitsubaElement* e : load.document.contents()) {
-        const MitsubaObject integrator(load.document, *e);
-        if (integrator.tag() != "integrator")
+        const MitsubaObject outermost(load.document, *e);
+        if (outermost.tag() != "integrator")
             continue;
-        const std::int64_t depth = integrator.integer("max_depth", integrator.type() == "direct" ? 2 : -1, -1, 1 << 20);
+        const MitsubaObject integrator = innermostIntegrator(load, outermost);
+        const std::string& type = integrator.type();
+        const bool direct = type.starts_with("direct");
+        if (!direct && std::none_of(std::begin(kPaths), std::end(kPaths), [&](const char* known) { return type == known; }))
+            load.warn("the integrator " + type.substr(0, 64) + " is not supported: paths are rendered in place of it");
+        const std::int64_t depth = direct ? 2 : integrator.integer("max_depth", -1, -1, std::numeric_limits<std::int32_t>::max());
         load.scene.maxDepth = std::uint32_t(depth);
         if (depth < 0 || depth > kMost) {
             load.scene.maxDepth = kUnlimited;
-            load.warn("paths have no limit in the scene; here they end after " + std::to_string(kUnlimited) + " segments");
+            load.warn((depth < 0 ? "paths have no limit in the scene" : "paths may have " + std::to_string(depth) + " segments in the scene") +
+                      "; here they end after " + std::to_string(kUnlimited) + " segments");
         }
         if (depth == 0)
             integrator.fail("a max_depth of 0 renders nothing", "", "use 1 for lights that are seen directly");
