@@ -35,6 +35,21 @@ TEST(Mitsuba, FocalLengths) {
     EXPECT_NEAR(diagonal("<string name=\"fov_axis\" value=\"y\"/>"), half / 50, 1e-6) << "the axis is of fov";
 }
 
+TEST(Mitsuba, OrthographicSensorsWithoutSquarePixelsAreNamed) {
+    const TempFolder folder;
+    const auto load = [&](const std::string& scale) {
+        return loadText(folder, kSquare + "<sensor type=\"orthographic\"><transform name=\"to_world\"><scale " + scale +
+                                    "/><rotate x=\"1\" angle=\"40\"/></transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/>"
+                                    "<integer name=\"height\" value=\"100\"/></film></sensor>");
+    };
+    for (const char* scale : {"value=\"3\"", "x=\"3\" y=\"-3\" z=\"1\""}) {
+        const Scene s = load(scale);
+        EXPECT_NEAR(s.cameras.front().ymag, 1.5, 1e-6) << scale;
+        EXPECT_FALSE(warned(s, "orthographic")) << scale;
+    }
+    EXPECT_TRUE(warned(load("x=\"3\" y=\"2\""), "pixels are square here"));
+}
+
 TEST(Mitsuba, ReconstructionFilters) {
     const TempFolder folder;
     const auto filter = [&](const std::string& film) {

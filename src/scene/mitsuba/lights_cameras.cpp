@@ -115,7 +115,10 @@ void addSensor(MitsubaLoad& load, const MitsubaObject& sensor) {
         half = halfHeight(sensor, aspect) * share.y;
         camera.yfov = float(2 * std::atan(half));
     } else {
-        half = glm::length(glm::dvec3(toWorld[0])) / aspect * share.y;
+        const double width = glm::length(glm::dvec3(toWorld[0])), height = glm::length(glm::dvec3(toWorld[1]));
+        if (std::abs(height / width - 1) > kLeast)
+            load.warn(camera.name + ": an orthographic sensor is scaled by its x alone, since pixels are square here; its transform scales y otherwise");
+        half = width / aspect * share.y;
         camera.orthographic = true;
         camera.ymag = float(half);
         if (!(camera.ymag > std::numeric_limits<float>::min()))
