@@ -38,6 +38,17 @@ TEST(Mitsuba, TrianglesFaceWhereNormalsPoint) {
         }
 }
 
+TEST(Mitsuba, MergedShapesAreTheirParts) {
+    const TempFolder folder;
+    const std::string box = "<shape type=\"cube\" id=\"box\"><bsdf type=\"diffuse\" id=\"red\"/></shape>";
+    const Scene s = loadText(folder, kSquare + "<shape type=\"merge\">" + box + "<shape type=\"rectangle\"/></shape>");
+    EXPECT_EQ(s.geometry.triangles.size(), 2u + 12 + 2);
+    EXPECT_LT(s.parameter("red.reflectance"), s.parameters.size());
+    EXPECT_FALSE(warned(s, "not rendered"));
+    EXPECT_TRUE(warned(loadText(folder, "<shape type=\"merge\">" + box + "<bsdf type=\"plastic\"/></shape>"), "<bsdf> ("));
+    expectRefused(folder, "<shape type=\"merge\" id=\"a\"><ref id=\"a\"/></shape>", "a merge within a merge");
+}
+
 TEST(Mitsuba, MirroredSpheresAreTurnedInsideOut) {
     const TempFolder folder;
     const auto outwards = [&](const std::string& shape, const std::string& x, const std::string& more) {

@@ -18,6 +18,7 @@ class ShapeLoader {
     void run();
 
   private:
+    void collect(const MitsubaObject& shape, std::vector<MitsubaObject>& shapes);
     void readMeshes(const std::vector<MitsubaObject>& shapes);
     void add(const MitsubaObject& shape);
     const Mesh& meshOf(const MitsubaObject& shape, glm::dmat4& toWorld);
@@ -35,6 +36,23 @@ std::string fileOf(const MitsubaObject& shape) {
     if (file.empty())
         shape.fail("the shape needs a filename");
     return file;
+}
+
+// The shape, or those that it merges.
+void ShapeLoader::collect(const MitsubaObject& shape, std::vector<MitsubaObject>& shapes) {
+    constexpr std::size_t kMostShapes = std::size_t(1) << 20;
+    if (shape.type() != "merge") {
+        shapes.push_back(shape);
+        return;
+    }
+    for (const MitsubaObject& part : shape.objects("shape")) {
+        if (part.type() == "merge")
+            part.fail("a merge within a merge is not supported", "", "put its shapes into the outer one");
+        if (shapes.size() == kMostShapes)
+            shape.fail("the merge brings the scene to more than " + std::to_string(kMostShapes) + " shapes", "it is used too often", "simplify the scene");
+        shapes.push_back(part);
+    }
+    load_.noteUnread(shape);
 }
 
 // All files at once, each once.
@@ -166,7 +184,7 @@ void ShapeLoader::run() {
     std::vector<MitsubaObject> shapes;
     for (const MitsubaElement* e : load_.document.contents())
         if (load_.document.resolve(*e).tag == "shape")
-            shapes.emplace_back(load_.document, *e);
+            collect(MitsubaObject(load_.document, *e), shapes);
     readMeshes(shapes);
     for (const MitsubaObject& shape : shapes)
         add(shape);
