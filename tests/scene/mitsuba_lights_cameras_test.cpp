@@ -1,4 +1,4 @@
-// Sensors of Mitsuba scenes.
+// Sensors and lights of Mitsuba scenes.
 #include "mitsuba_scene.h"
 
 namespace cmpg::test {
@@ -71,6 +71,14 @@ TEST(Mitsuba, ReconstructionFilters) {
     EXPECT_EQ(other.cameras.front().filter.kind, PixelFilter::Kind::Box);
     EXPECT_TRUE(warned(other, "mitchell"));
     expectRefused(folder, "<sensor type=\"perspective\">" + film("<rfilter type=\"tent\"><float name=\"radius\" value=\"1e9\"/></rfilter>") + "</sensor>", "outside of");
+}
+
+TEST(Mitsuba, LightsRefuseTextures) {
+    const TempFolder folder;
+    const std::string bitmap = "type=\"bitmap\"><string name=\"filename\" value=\"picture.png\"/></texture></emitter>";
+    expectRefused(folder, "<emitter type=\"point\"><texture name=\"intensity\" " + bitmap + kSquare, "a texture as intensity");
+    expectRefused(folder, "<emitter type=\"spot\"><texture name=\"texture\" " + bitmap + kSquare, "a texture of a spot");
+    expectRefused(folder, "<emitter type=\"spot\"><texture name=\"slide\" " + bitmap + kSquare, "a texture of a spot");
 }
 
 } // namespace

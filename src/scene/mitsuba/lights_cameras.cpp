@@ -185,6 +185,8 @@ void loadMitsubaLights(MitsubaLoad& load) {
             light.intensity = brightness(load, emitter, "intensity");
         } else if (emitter.type() == "spot") {
             light.kind = PunctualLight::Kind::Spot;
+            for (const MitsubaObject& texture : emitter.objects("texture"))
+                texture.fail("a texture of a spot is not supported", "its light would be brighter without the picture", "leave it out, and lower the intensity");
             const double cutoff = emitter.real("cutoff_angle", 20, 0.01, 90), beam = emitter.real("beam_width", cutoff * 0.75, 0, cutoff);
             light.innerCos = float(std::cos(glm::radians(beam)));
             light.outerCos = float(std::cos(glm::radians(cutoff)));
