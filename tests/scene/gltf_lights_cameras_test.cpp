@@ -79,6 +79,23 @@ TEST(GltfLights, AllKinds) {
     EXPECT_FALSE(warned(s, "no light"));
 }
 
+TEST(GltfLights, SpotsMayHaveSharpEdges) {
+    const TempFolder folder;
+    const auto load = [&](double inner, double outer) {
+        GltfWriter w = oneTriangle();
+        w.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}, {"spot", {{"innerConeAngle", inner}, {"outerConeAngle", outer}}}}};
+        w.json["nodes"] = {{{"mesh", 0}, {"children", {1}}}, {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}};
+        return loadScene(w.write(folder));
+    };
+    const Scene sharp = load(0.5, 0.5);
+    EXPECT_EQ(sharp.lights.at(0).innerCos, std::cos(0.5f));
+    EXPECT_EQ(sharp.lights.at(0).outerCos, std::cos(0.5f));
+    EXPECT_TRUE(warned(sharp, "as wide as"));
+    EXPECT_FALSE(warned(load(0.4, 0.5), "cone"));
+    EXPECT_THROW(load(0.6, 0.5), Error);
+    EXPECT_THROW(load(0, 0), Error);
+}
+
 TEST(GltfEnvironment, IntensityIsFoldedInAndRotationKept) {
     const TempFolder folder;
     GltfWriter w = oneTriangle();

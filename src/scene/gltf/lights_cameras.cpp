@@ -75,8 +75,11 @@ void loadLights(GltfLoad& load) {
         if (!(glm::compMax(light.intensity) <= kAny)) load.document.at(place + ".intensity").fail("times the colour is too large a number");
         light.range = float(source.range);
         const auto inner = float(source.spot.innerConeAngle), outer = float(source.spot.outerConeAngle);
-        if (light.kind == PunctualLight::Kind::Spot && inner >= outer)
-            load.document.at(place + ".spot").fail("has an inner cone as wide as the outer one");
+        if (light.kind == PunctualLight::Kind::Spot && (inner > outer || !(outer > 0)))
+            load.document.at(place + ".spot").fail("has an outer cone that is narrower than the inner one, or of no width");
+        // glTF forbids it, but Blender writes it for a blend of 0; the formula of KHR_lights_punctual keeps a narrow edge.
+        if (light.kind == PunctualLight::Kind::Spot && inner == outer)
+            load.warn(place + ".spot has an inner cone as wide as the outer one: its edge is as sharp as glTF's formula allows");
         light.innerCos = std::cos(inner);
         light.outerCos = std::cos(outer);
         load.scene.lights.push_back(light);
