@@ -31,9 +31,9 @@ class Recovery(Iterator[RecoveryStep]):
 
     Args:
         scene: where it begins.
-        target: what a camera saw: an array (height, width, 3) or a file; or several, by the camera's name or by a Camera. Alpha of a file weights its
-            pixels; pixels that are not finite have no weight, and the largest values of .png and .jpg are lower bounds. Files beyond
-            256 MiB in all are read when a step sees them.
+        target: what a camera saw: a linear array (height, width, 3) or a file; or several, by the camera's name or by a Camera. Alpha of a file
+            weights its pixels; pixels that are not finite have no weight, and the largest values of .png and .jpg are lower bounds. Files
+            beyond 256 MiB in all are read when a step sees them.
         param: names or globs of what is recovered.
         device: where; None: the scene's.
         steps: of the whole recovery and its schedule.
@@ -317,6 +317,8 @@ def target_of(image: Any, camera: str, mask: Any, exposure: float, stream: bool 
             raise UsageError("a target that is a file takes a mask that is a file", "", "load the target: cmpg.load_image(file)", ["mask"])
         load = _cmpg.Target.stream if stream else _cmpg.Target.load
         return load(image, camera, "" if mask is None else mask, exposure)
+    if str(getattr(image, "dtype", "")).endswith(("uint8", "uint16")):
+        raise UsageError("a target of whole numbers holds the codes of a picture, not light", "", "give the file, cmpg.load_image(file), or linear floats")
     if isinstance(mask, (str, os.PathLike)):
         mask = load_image(mask).mean(axis=2)
     return _cmpg.Target(floats(image) * np.float32(2.0**exposure), camera, None if mask is None else floats(mask))

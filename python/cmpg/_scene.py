@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, Path, as_image, floats
+from ._arrays import Image, Names, Path, as_image, floats, names_of
 from ._cmpg import DeviceInfo
 from ._errors import UsageError
 
@@ -271,13 +271,13 @@ class Scene:
         """All parameters by name."""
         return {info.name: Parameter(self, info) for info in self._handle.parameters()}
 
-    def select(self, glob: str) -> list[str]:
-        """Names of the parameters that a glob selects (* any characters, ? one).
+    def select(self, globs: Names) -> list[str]:
+        """Names of the parameters that globs select (* any characters, ? one), each once.
 
         Raises:
-            UsageError: there is none.
+            UsageError: there is none of a glob.
         """
-        return self._handle.select(glob)
+        return list(dict.fromkeys(name for glob in names_of(globs) for name in self._handle.select(glob)))
 
     def __getitem__(self, name: str) -> Parameter:
         return Parameter(self, self._handle.parameter(name))

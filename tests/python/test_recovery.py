@@ -104,6 +104,8 @@ def test_refuses_what_makes_no_sense(scene, target):
     assert caught.value.options == ["param"]
     with pytest.raises(cmpg.InputError):
         cmpg.Recovery(scene, ROOT / "nowhere.exr", PAINTING)
+    with pytest.raises(cmpg.UsageError, match="codes of a picture"):
+        cmpg.Recovery(scene, (255 * target).astype("uint8"), PAINTING)
     with pytest.raises(cmpg.UsageError):
         cmpg.Recovery(scene, target, PAINTING)["white.baseColor"]
 

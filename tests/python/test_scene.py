@@ -36,6 +36,7 @@ def test_describes_its_parameters(scene):
     assert (parameter.slot, parameter.shape, parameter.lowest, parameter.highest) == ("baseColor", (64, 64, 3), 0, 1)
     assert scene[LIGHT].shape == (1, 1, 3) and math.isinf(scene[LIGHT].highest)
     assert scene.select("painting.base*") == [PAINTING]
+    assert scene.select([PAINTING, LIGHT, "painting.base*"]) == [PAINTING, LIGHT]
     assert scene.cameras == {"front": 1.0, "corner": 1.0}
 
 
