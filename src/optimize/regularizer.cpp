@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -150,22 +151,27 @@ TotalVariationBound TotalVariationBound::coarser(const CoarseTexture& texture) c
 template <class Row> void TotalVariationBound::forRows(const Row& row) const {
     const std::size_t length = grid_.width * grid_.channels;
     parallelFor(grid_.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        std::vector<float> entries[4];
         // The weights of texels y * grid_.width + x for each of their channels, so that loops over entries can be vectorised.
-        const auto spread = [&](const std::vector<float>& weights, std::size_t y, std::vector<float>& out) {
-            out.resize(length);
-            for (std::size_t x = 0; x < grid_.width; ++x)
-                std::fill_n(out.data() + x * grid_.channels, grid_.channels, weights[y * grid_.width + x]);
+        const auto spread = [&](const std::vector<float>& weights, std::size_t y, float* out) {
+            const float* from = weights.data() + y * grid_.width;
+            if (grid_.channels == 3)
+                for (std::size_t x = 0; x < grid_.width; ++x)
+                    out[3 * x] = out[3 * x + 1] = out[3 * x + 2] = from[x];
+            else
+                for (std::size_t x = 0; x < grid_.width; ++x)
+                    std::fill_n(out + x * grid_.channels, grid_.channels, from[x]);
         };
+        // Those to the right have the last texel's before the first: from there on they are those to the left. The last of a row, and the last row, have weight 0
+        // where nothing wraps.
+        std::vector<float> across(grid_.channels + length), below(length), above(length);
+        spread(below_, (begin + grid_.height - 1) % grid_.height, above.data());
         for (std::size_t y = begin; y < end; ++y) {
-            auto& [right, left, below, above] = entries;
-            // The last of a row, and the last row, have weight 0 where nothing wraps.
+            float* right = across.data() + grid_.channels;
             spread(right_, y, right);
-            left = right;
-            std::rotate(left.begin(), left.end() - std::ptrdiff_t(grid_.channels), left.end());
-            spread(below_, y, below);
-            spread(below_, (y + grid_.height - 1) % grid_.height, above);
-            row(y * length, Weights{right.data(), left.data(), below.data(), above.data()});
+            std::copy_n(right + length - grid_.channels, grid_.channels, across.data());
+            spread(below_, y, below.data());
+            row(y * length, Weights{right, across.data(), below.data(), above.data()});
+            std::swap(below, above);
         }
     });
 }
