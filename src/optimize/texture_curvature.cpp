@@ -52,12 +52,12 @@ std::vector<float> TextureCurvature::solve(std::vector<float> gradient) const {
         if (!(curvature > 0))
             break;
         const auto step = float(length / curvature);
-        forEachEntry(count, [&](std::size_t i) {
+        const double next = sumOfEntries(count, [&](std::size_t i) { // in one pass: large textures wait for memory
             x[i] += step * direction[i];
             residual[i] -= step * image[i];
             scaled[i] = inverse_[i] * residual[i];
+            return double(residual[i]) * scaled[i];
         });
-        const double next = dot(residual, scaled);
         const auto turn = float(next / length);
         forEachEntry(count, [&](std::size_t i) { direction[i] = scaled[i] + turn * direction[i]; });
         length = next;
