@@ -13,7 +13,7 @@ struct ContactSheet {
     struct ViewRow {
         std::string name;                 // of the camera; may be empty
         Image target, initial, recovered; // linear, 3 channels
-        Image difference;                 // of the recovered one to the target
+        Image difference;                 // of the recovered one to the target, as steps see it
     };
     struct ParameterRow {
         std::string name;

@@ -145,6 +145,8 @@ const Camera& Scene::camera(const std::string& name) const {
 float Scene::floorOf(std::uint32_t parameter) const {
     constexpr float kMinAlpha = 1e-3f, kMinSheenRoughness = 0.07f; // as in shaders/lib/microfacet.glsl and shaders/lib/lobes/sheen.glsl
     const SlotKind kind = parameters[parameter].kind;
+    if (!shapesLobe(kind)) // nor is the environment's radiance a slot of materials
+        return 0;
     float floor = 0;
     for (const Material& m : materials) {
         if (m.parameters[std::size_t(kind)] != parameter)

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <tuple>
 
 namespace cmpg {
@@ -155,8 +156,8 @@ void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGra
         return;
     const std::uint32_t index = scene.parameter(parameter);
     const float floor = scene.floorOf(index);
-    const std::vector<float> values = valuesOf(scene.parameters[index]);
-    if (floor > 0 && std::all_of(values.begin(), values.end(), [&](float v) { return v <= floor; })) {
+    const std::vector<float> values = floor > 0 ? valuesOf(scene.parameters[index]) : std::vector<float>();
+    if (!values.empty() && std::all_of(values.begin(), values.end(), [&](float v) { return v <= floor; })) {
         char text[160];
         std::snprintf(text, sizeof text, ": its gradient is zero, since values of %.3g and below look the same. Begin well above (--set)", double(floor));
         logWarn(parameter + text);

@@ -47,7 +47,7 @@ class RunRecord {
     std::filesystem::path folder_;
 };
 
-// Warns where the gradient of a parameter is nothing but zeros.
+// Warns where the gradient of a parameter is nothing but zeros, and says why as far as its values in `scene` tell.
 void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGradient);
 
 class Session {

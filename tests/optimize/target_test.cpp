@@ -49,7 +49,7 @@ TEST_F(TargetFiles, EightBitIsDecodedAndSaysWhatIsClipped) {
     EXPECT_TRUE(loadTarget(folder_ / "t.png").clipped.empty());
 }
 
-// As stb_image_write and most converters have it: a 16-bit PNG by hand, with stored blocks, one row of two grey pixels.
+// A 16-bit PNG by hand: one row of two grey pixels, not compressed.
 TEST_F(TargetFiles, SixteenBitsSayWhatIsClipped) {
     const auto chunk = [](const std::string& type, const std::string& data) {
         const auto number = [](std::uint32_t v) { return std::string{char(v >> 24), char(v >> 16), char(v >> 8), char(v)}; };
