@@ -11,6 +11,9 @@ vec3 environmentRadiance(EnvironmentInfo e, vec2 uv, uint frozenTexels) {
            t.weight.w * valueTexel(o + t.index.w).xyz;
 }
 
+// Rows as sampling sees them, from pole to pole: the only row of a map holds for all latitudes.
+uint environmentRows(EnvironmentInfo e) { return max(e.height, 2u); }
+
 // First index of cdf[base .. base + count) whose value exceeds u.
 uint searchEnvironmentCdf(uint base, uint count, float u) {
     uint low = 0, high = count - 1;
@@ -28,28 +31,30 @@ float environmentCdfBefore(uint base, uint i) { return i == 0 ? 0.0 : environmen
 vec4 environmentCorners(EnvironmentInfo e, uvec2 cell) {
     const uint left = e.texels + cell.y * e.width, right = cell.x + 1 < e.width ? cell.x + 1 : 0;
     const vec3 a = valueTexel(left + cell.x).xyz, b = valueTexel(left + right).xyz;
-    const vec3 c = valueTexel(left + e.width + cell.x).xyz, d = valueTexel(left + e.width + right).xyz;
+    const uint below = left + (e.height > 1 ? e.width : 0);
+    const vec3 c = valueTexel(below + cell.x).xyz, d = valueTexel(below + right).xyz;
     return environmentCellCorners(max(vec4(0), vec4(a.x + a.y + a.z, b.x + b.y + b.z, c.x + c.y + c.z, d.x + d.y + d.z)));
 }
 
 // Density light sampling picks a direction of the map's own frame with, the selection of the environment included.
 float environmentDensity(EnvironmentInfo e, vec3 local, vec2 uv) {
-    const uvec2 cell = environmentCell(uv, e.width, e.height);
+    const uint rows = environmentRows(e);
+    const uvec2 cell = environmentCell(uv, e.width, rows);
     const float marginal = environmentCdf(cell.y) - environmentCdfBefore(0, cell.y);
-    const uint base = e.height - 1 + cell.y * e.width;
+    const uint base = rows - 1 + cell.y * e.width;
     const float conditional = environmentCdf(base + cell.x) - environmentCdfBefore(base, cell.x);
-    const vec2 inside = vec2(fract(uv.x * float(e.width) - 0.5), clamp(uv.y * float(e.height - 1) - float(cell.y), 0.0, 1.0));
-    return environmentCellDensity(environmentCorners(e, cell), inside, e.probability * marginal * conditional, length(local.xz), e.width, e.height);
+    const vec2 inside = vec2(fract(uv.x * float(e.width) - 0.5), clamp(uv.y * float(rows - 1) - float(cell.y), 0.0, 1.0));
+    return environmentCellDensity(environmentCorners(e, cell), inside, e.probability * marginal * conditional, length(local.xz), e.width, rows);
 }
 
 const float kHalfStep = 1.0 / 33554432.0; // of random numbers
 
 // Direction in world space with its map coordinates; density as above.
 vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) density) {
-    const uint rows = e.height - 1;
-    const uint row = searchEnvironmentCdf(0, rows, u.y);
+    const uint rows = environmentRows(e);
+    const uint row = searchEnvironmentCdf(0, rows - 1, u.y);
     const float m0 = environmentCdfBefore(0, row), m1 = environmentCdf(row);
-    const uint base = rows + row * e.width;
+    const uint base = rows - 1 + row * e.width;
     const uint column = searchEnvironmentCdf(base, e.width, u.x);
     const float c0 = environmentCdfBefore(base, column), c1 = environmentCdf(base + column);
     // All are multiples of 2^-24: half a step more, so that the few numbers that lead to a dim cell spread evenly over it.
@@ -58,9 +63,9 @@ vec3 sampleEnvironment(EnvironmentInfo e, vec2 u, OUT(vec2) uv, OUT(float) densi
     const vec4 corners = environmentCorners(e, uvec2(column, row));
     const vec2 inside = sampleEnvironmentCell(corners, vec2(fx, fy));
     const float across = (float(column) + 0.5 + inside.x) / float(e.width);
-    uv = vec2(across >= 1.0 ? across - 1.0 : across, min((float(row) + inside.y) / float(rows), 1.0));
+    uv = vec2(across >= 1.0 ? across - 1.0 : across, min((float(row) + inside.y) / float(rows - 1), 1.0));
     float sinTheta;
-    const vec3 local = environmentPoint(uv.x, row, inside.y, e.height, sinTheta);
-    density = environmentCellDensity(corners, inside, e.probability * (m1 - m0) * (c1 - c0), sinTheta, e.width, e.height);
+    const vec3 local = environmentPoint(uv.x, row, inside.y, rows, sinTheta);
+    density = environmentCellDensity(corners, inside, e.probability * (m1 - m0) * (c1 - c0), sinTheta, e.width, rows);
     return fromEnvironment(e, local);
 }

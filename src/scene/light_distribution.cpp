@@ -58,12 +58,12 @@ template <class Weight, class Store> void cumulate(std::size_t count, const Weig
 }
 
 // Cells lie between neighbouring texel centres: column i between texels i and i+1 (wrapping), row j between rows j and j+1, whose
-// polar angles are exactly pi j / (H-1). Weight = mean of the four corners times the solid angle. Returns the total.
+// polar angles are exactly pi j / (H-1); a map of one row has it at both poles. Weight = mean of the four corners times the solid angle. Returns the total.
 double environmentTables(const Parameter& p, std::vector<float>& cdf) {
-    const std::size_t w = p.width, h = p.height, rows = h - 1;
+    const std::size_t w = p.width, h = p.height, rows = std::max<std::size_t>(h, 2) - 1;
     std::vector<double> weights(rows * w), rowSums(rows);
     const auto texel = [&](std::size_t x, std::size_t y) {
-        const float* v = &p.values[(y * w + x % w) * 3];
+        const float* v = &p.values[(std::min(y, h - 1) * w + x % w) * 3];
         return std::max(0.0, (double(v[0]) + v[1] + v[2]) / 3);
     };
     double total = 0;

@@ -211,7 +211,7 @@ struct PunctualLight {
 };
 
 struct Environment {
-    std::uint32_t parameter; // radiance, W x H x 3 (intensity folded in); latitude-longitude
+    std::uint32_t parameter; // radiance, W x H x 3 (intensity folded in); latitude-longitude, a single row for all latitudes
     float rotation = 0;      // radians about +y; world = R_y(rotation) * environment
     bool replaced = false;   // by LoadOptions::environment: the scene's own file does not have it
 };

@@ -180,9 +180,9 @@ bool SceneBuilder::setEnvironment(const RawImage& image, float intensity, float 
     Parameter p;
     p.name = "environment.radiance";
     p.kind = SlotKind::Radiance;
-    p.textured = true;
     p.width = image.width;
-    p.height = std::max(image.height, 2u); // both poles need a row
+    p.height = image.height;
+    p.textured = image.pixels() > 1;
     p.wrapV = Wrap::Clamp;
     p.values.resize(p.entries());
     std::size_t negative = 0;
@@ -194,8 +194,6 @@ bool SceneBuilder::setEnvironment(const RawImage& image, float intensity, float 
             negative += value < 0;
             p.values[i * 3 + c] = std::max(value, 0.0f);
         }
-    if (image.height == 1)
-        std::copy_n(p.values.begin(), p.values.size() / 2, p.values.begin() + std::ptrdiff_t(p.values.size() / 2));
     if (negative)
         warn(p.name + ": " + std::to_string(negative) + " negative values were clamped to 0");
     if (!std::all_of(p.values.begin(), p.values.end(), [](float v) { return std::isfinite(v); }))

@@ -74,6 +74,37 @@ TEST(Derivative, ShortNormals) {
     EXPECT_EQ(gradient(0), std::vector<double>(3, 0.0));
 }
 
+// A map of one row is the map that has this row at both poles: the same image, and the sum of both rows' gradients.
+TEST(Derivative, EnvironmentOfOneRow) {
+    for (const std::uint32_t width : {1u, 5u}) {
+        const auto withRows = [&](std::uint32_t rows) {
+            Scene scene = bundledScene("environment");
+            Parameter& p = scene.parameters[scene.environment->parameter];
+            p.width = width;
+            p.height = rows;
+            p.values.resize(p.entries());
+            for (std::size_t i = 0; i < p.values.size(); ++i)
+                p.values[i] = 0.5f + 0.3f * float(i % (3 * width));
+            return Bench(std::move(scene), {"environment.radiance"});
+        };
+        Bench one = withRows(1), two = withRows(2);
+        const View view = viewOf(one.scene, 24, 24);
+        const PassKey key{3, 0, 1};
+        const Image oneImage = one.renderer->render(view, 8, key), twoImage = two.renderer->render(view, 8, key);
+        ASSERT_GT(meanOf(oneImage), 0.1);
+        for (std::size_t k = 0; k < oneImage.values.size(); ++k)
+            ASSERT_NEAR(oneImage.values[k], twoImage.values[k], 1e-5f * twoImage.values[k]) << k;
+        const auto gradient = [&](Bench& s) {
+            std::vector<std::vector<double>> g;
+            s.renderer->reverse(view, 8, key, Image(view.width, view.height, 3, 1.0f), {}, {}, g);
+            return g.at(0);
+        };
+        const std::vector<double> g = gradient(one), both = gradient(two);
+        for (std::size_t k = 0; k < g.size(); ++k)
+            EXPECT_NEAR(g[k], both[k] + both[k + g.size()], 1e-5 * g[k]) << k;
+    }
+}
+
 // A black room has no radiance to tell the size of its derivatives by.
 TEST(Derivative, BrightLampInABlackRoom) {
     Scene scene = bundledScene("box");

@@ -103,17 +103,23 @@ void Exporter::writeValue(pugi::xml_node parent, const MitsubaElement* old, cons
 
 void Exporter::writeEnvironment(pugi::xml_node parent, const MitsubaElement* old) {
     const Environment& environment = *scene_.environment;
+    const Parameter& radiance = scene_.parameters[environment.parameter];
     pugi::xml_node node = parent.append_child("emitter");
-    node.append_attribute("type") = "envmap";
+    node.append_attribute("type") = radiance.textured ? "envmap" : "constant";
     if (old && !old->id.empty())
         node.append_attribute("id") = old->id.c_str();
-    Image picture = imageOf(scene_.parameters[environment.parameter]);
-    constexpr int kFewest = 4; // columns that Mitsuba wants
-    if (picture.width == 1) {
-        Image wide(kFewest, picture.height, 3);
-        for (std::size_t i = 0; i < wide.pixels(); ++i)
-            std::copy_n(picture.values.begin() + std::ptrdiff_t(i / kFewest * 3), 3, wide.values.begin() + std::ptrdiff_t(i * 3));
-        picture = std::move(wide);
+    if (!radiance.textured) {
+        addProperty(node, "rgb", "radiance", listOf(radiance.values));
+        return;
+    }
+    Image picture = imageOf(radiance);
+    if (picture.width == 1 || picture.height == 1) {
+        constexpr int kFewest = 4; // columns and rows that Mitsuba wants of a map
+        Image larger(std::max(picture.width, kFewest), std::max(picture.height, kFewest), 3);
+        for (int y = 0; y < larger.height; ++y)
+            for (int x = 0; x < larger.width; ++x)
+                std::copy_n(picture.at(std::min(x, picture.width - 1), std::min(y, picture.height - 1)), 3, larger.at(x, y));
+        picture = std::move(larger);
     }
     addProperty(node, "string", "filename", folder_.add("environment", ".exr", encodeExr(picture)));
     if (!environment.replaced && old) { // as it stood
