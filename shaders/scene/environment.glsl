@@ -27,13 +27,14 @@ uint searchEnvironmentCdf(uint base, uint count, float u) {
 
 float environmentCdfBefore(uint base, uint i) { return i == 0 ? 0.0 : environmentCdf(base + i - 1); }
 
-// The corners of a cell, as sampling sees them: without offsets.
+// The corners of a cell, as sampling sees them.
 vec4 environmentCorners(EnvironmentInfo e, uvec2 cell) {
     const uint left = e.texels + cell.y * e.width, right = cell.x + 1 < e.width ? cell.x + 1 : 0;
     const vec3 a = valueTexel(left + cell.x).xyz, b = valueTexel(left + right).xyz;
     const uint below = left + (e.height > 1 ? e.width : 0);
     const vec3 c = valueTexel(below + cell.x).xyz, d = valueTexel(below + right).xyz;
-    return environmentCellCorners(max(vec4(0), vec4(a.x + a.y + a.z, b.x + b.y + b.z, c.x + c.y + c.z, d.x + d.y + d.z)));
+    const vec4 sums = vec4(a.x + a.y + a.z, b.x + b.y + b.z, c.x + c.y + c.z, d.x + d.y + d.z);
+    return environmentCellCorners(max(vec4(0), sums - e.compensation));
 }
 
 // Density light sampling picks a direction of the map's own frame with, the selection of the environment included.

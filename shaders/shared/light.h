@@ -33,6 +33,7 @@ struct EnvironmentInfo {
     uint gradient; // first gradient entry, kNone when not differentiated
     float cosRotation, sinRotation;
     float probability; // of being selected among the lights
+    float compensation; // sampling takes so much off the sum of a texel's channels: LightDistribution
 };
 
 CMPG_SHARED_END

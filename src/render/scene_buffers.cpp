@@ -407,6 +407,7 @@ void SceneBuffers::uploadLights() {
         info.environment.cosRotation = std::cos(scene_.environment->rotation);
         info.environment.sinRotation = std::sin(scene_.environment->rotation);
         info.environment.probability = d.environmentProbability;
+        info.environment.compensation = d.environmentCompensation;
         for (std::size_t i = 0; i < differentiable_.size(); ++i)
             if (differentiable_[i] == scene_.environment->parameter)
                 info.environment.gradient = std::uint32_t(gradientOffsets_[i]);

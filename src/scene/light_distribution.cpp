@@ -57,14 +57,20 @@ template <class Weight, class Store> void cumulate(std::size_t count, const Weig
     }
 }
 
+// Of an environment's power: less above the mean tells no directions apart, and they are drawn in proportion to the whole.
+constexpr double kEven = 0.01;
+// What scattered rays find counts so much when a light is chosen: 0 leaves more samples to lamps, but a lamp too dim to matter would get all of them.
+constexpr double kFoundPower = 0.05;
+
 // Cells lie between neighbouring texel centres: column i between texels i and i+1 (wrapping), row j between rows j and j+1, whose
-// polar angles are exactly pi j / (H-1); a map of one row has it at both poles. Weight = mean of the four corners times the solid angle. Returns the total.
-double environmentTables(const Parameter& p, std::vector<float>& cdf) {
+// polar angles are exactly pi j / (H-1); a map of one row has it at both poles. Weight = mean of the four corners, less `compensation` of
+// the sum of their channels each, times the solid angle. Returns the total.
+double environmentTables(const Parameter& p, float compensation, std::vector<float>& cdf) {
     const std::size_t w = p.width, h = p.height, rows = std::max<std::size_t>(h, 2) - 1;
     std::vector<double> weights(rows * w), rowSums(rows);
     const auto texel = [&](std::size_t x, std::size_t y) {
         const float* v = &p.values[(std::min(y, h - 1) * w + x % w) * 3];
-        return std::max(0.0, (double(v[0]) + v[1] + v[2]) / 3);
+        return std::max(0.0, (double(v[0]) + v[1] + v[2] - compensation) / 3);
     };
     double total = 0;
     for (std::size_t y = 0; y < rows; ++y) {
@@ -169,7 +175,19 @@ LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vec
     }
 
     if (scene.environment) {
-        const double total = environmentTables(scene.parameters[scene.environment->parameter], result.environmentCdf);
+        const std::uint32_t index = scene.environment->parameter;
+        const Parameter& map = scene.parameters[index];
+        double total = environmentTables(map, 0, result.environmentCdf);
+        if (std::find(differentiable.begin(), differentiable.end(), index) == differentiable.end()) {
+            const float compensation = float(3 * total / (4 * kPi));
+            std::vector<float> cdf;
+            const double above = environmentTables(map, compensation, cdf);
+            if (above > kEven * total) {
+                result.environmentCompensation = compensation;
+                result.environmentCdf = std::move(cdf);
+            }
+            total = above + kFoundPower * (total - above);
+        }
         if (total > 0) {
             gpu::GpuLight light{};
             light.kind = gpu::kLightEnvironment;
