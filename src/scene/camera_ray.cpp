@@ -39,7 +39,7 @@ bool isCutOut(const Scene& scene, const Triangle& triangle, glm::vec3 b) {
     if (material.alphaTexture != ~0u) {
         const AlphaTexture& texture = scene.alphaTextures[material.alphaTexture];
         const std::vector<glm::vec2>& uv = texture.texcoord == 0 ? g.uv0 : g.uv1;
-        alpha *= uv.empty() ? 1 : alphaAt(texture, interpolate(uv));
+        alpha *= alphaAt(texture, uv.empty() ? glm::vec2(0) : interpolate(uv));
     }
     if (!g.colors.empty())
         alpha *= interpolate(g.colors).w;

@@ -180,7 +180,6 @@ struct Analysis {
     void addGeometry() {
         const Geometry& g = scene.geometry;
         f.vertexNormals = std::any_of(g.normals.begin(), g.normals.end(), [](const glm::vec3& n) { return glm::dot(n, n) > 0; });
-        f.texcoord1 = f.texcoord1 && !g.uv1.empty();
         f.colors = !g.colors.empty();
         f.tangents = needsTangents(f.texturedSlots, f.models) && !g.tangents.empty();
     }

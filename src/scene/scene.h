@@ -28,6 +28,9 @@ const char* slotName(SlotKind kind); // "baseColor", ...
 std::string slotNames();             // all of them, for messages
 std::uint32_t slotChannels(SlotKind kind);
 inline bool emitsLight(SlotKind kind) { return kind == SlotKind::Emission || kind == SlotKind::Radiance; }
+// Every channel of an image depends on each of its channels: on the components of a normal, or on a colour of which the surface below gets what its
+// largest channel leaves. Of other slots, channel c of an image depends on channel c alone.
+inline bool mixesChannels(SlotKind kind) { return kind == SlotKind::Normal || kind == SlotKind::SheenColor; }
 // How wide a lobe is, or along which direction: images are far from linear in it.
 inline bool shapesLobe(SlotKind kind) {
     return kind == SlotKind::Roughness || kind == SlotKind::ClearcoatRoughness || kind == SlotKind::SheenRoughness || kind == SlotKind::Anisotropy;
@@ -149,6 +152,20 @@ inline bool hasSheen(const Material& m) { return m.model == SurfaceModel::Metall
 // Derivatives by the normal: not of refraction, nor of single directions.
 inline bool hasNormalDerivative(const Material& m) { return !isSmooth(m) && m.model != SurfaceModel::Dielectric; }
 
+// Whether a slot that every material has means something to its model.
+inline bool readsSlot(const Material& m, SlotKind kind) {
+    switch (kind) {
+    case SlotKind::Metallic:
+        return m.model == SurfaceModel::MetallicRoughness;
+    case SlotKind::Specular:
+        return m.model != SurfaceModel::Conductor;
+    case SlotKind::Roughness:
+        return !isSmooth(m);
+    default:
+        return true;
+    }
+}
+
 // Alpha of a baseColorTexture of a material with alphaMask.
 struct AlphaTexture {
     std::uint32_t width = 1, height = 1, texcoord = 0;
@@ -238,8 +255,8 @@ struct Scene {
     std::uint32_t parameter(const std::string& name) const;
     // All parameters a glob selects, in order; Error(Usage) when none.
     std::vector<std::uint32_t> select(const std::string& glob) const;
-    // All that names and globs select to differentiate by, each once, in order of first mention. A glob leaves out what has no derivative, and appends
-    // the names to `left` if given; what is meant by its name stays, to be refused with the reason.
+    // All that names and globs select to differentiate by, each once, in order of first mention. A glob leaves out what has no derivative or is not read by its
+    // material, and appends the names to `left` if given; what is meant by its name stays, to be refused with the reason.
     std::vector<std::uint32_t> selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left = nullptr) const;
     const Camera& camera(const std::string& name) const; // "" = first
     // Of a slot that kernels hold above a floor, the floor: values below it look the same, and have no derivative. Of others 0.

@@ -176,6 +176,22 @@ void SceneBuilder::addClearcoatNormals(Material& material, const RawImage& image
     });
 }
 
+void SceneBuilder::checkTexcoords(std::uint32_t material, bool uv0, bool uv1) {
+    const Material& m = scene.materials[material];
+    const auto check = [&](const std::string& what, std::uint32_t texcoord) {
+        if (!(texcoord == 0 ? uv0 : uv1))
+            warn(what + ": a mesh with this texture has no " + (texcoord == 0 ? "texture coordinates" : "second set of texture coordinates") +
+                 "; the colour at (0, 0) is on all of it");
+    };
+    for (const std::uint32_t p : m.parameters)
+        if (p != kNoParameter && scene.parameters[p].textured)
+            check(scene.parameters[p].name, scene.parameters[p].texcoord);
+    if (m.alphaTexture != ~0u)
+        check(m.name + "'s alpha", scene.alphaTextures[m.alphaTexture].texcoord);
+    if (m.blendWith != kNoMaterial)
+        checkTexcoords(m.blendWith, uv0, uv1);
+}
+
 bool SceneBuilder::setEnvironment(const RawImage& image, float intensity, float rotation) {
     Parameter p;
     p.name = "environment.radiance";

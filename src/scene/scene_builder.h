@@ -77,6 +77,9 @@ class SceneBuilder {
     // A normal map, x and y times `scale`: the normals of the material's clear coat.
     void addClearcoatNormals(Material& material, const RawImage& image, const TextureAddress& address, float scale);
 
+    // Warns of textures of a material on a mesh that lacks the set of texture coordinates they are looked up by: all of it then shows what is at (0, 0).
+    void checkTexcoords(std::uint32_t material, bool uv0, bool uv1);
+
     // Latitude-longitude; adds its parameter. False: a value times the intensity is too large a number.
     bool setEnvironment(const RawImage& image, float intensity, float rotation);
 

@@ -72,7 +72,7 @@ std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const 
     for (const std::string& name : left)
         names += (names.empty() ? "" : ", ") + name;
     if (!left.empty())
-        logWarn("left out, for it has no derivative: " + names);
+        logWarn("left out, for there is no derivative, or the material does not read it: " + names);
     return selected;
 }
 

@@ -21,6 +21,16 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+TEST(Mitsuba, PlanesThatCutTheSceneAreNamed) {
+    const TempFolder folder;
+    const auto load = [&](const std::string& planes) { // the square is 4 before the camera
+        return loadText(folder, kSquare + "<sensor type=\"perspective\">" + planes + "<transform name=\"to_world\"><translate z=\"-4\"/></transform></sensor>");
+    };
+    EXPECT_TRUE(warned(load("<float name=\"near_clip\" value=\"5\"/>"), "near_clip"));
+    EXPECT_TRUE(warned(load("<float name=\"far_clip\" value=\"3\"/>"), "far_clip"));
+    EXPECT_FALSE(warned(load("<float name=\"near_clip\" value=\"3\"/><float name=\"far_clip\" value=\"5\"/>"), "clip"));
+}
+
 TEST(Mitsuba, FocalLengths) {
     const TempFolder folder;
     const std::string film = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/></film>";

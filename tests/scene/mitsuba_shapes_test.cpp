@@ -1,6 +1,7 @@
 // Shapes of Mitsuba scenes: meshes of files and of the importer's own.
 #include "mitsuba_scene.h"
 #include "scene/mitsuba/mesh.h"
+#include "test_images.h"
 
 #include <glm/gtc/constants.hpp>
 
@@ -36,6 +37,26 @@ TEST(Mitsuba, TrianglesFaceWhereNormalsPoint) {
                 EXPECT_GT(glm::dot(glm::cross(b - a, c - a), g.normals[t.vertices[0]] + g.normals[t.vertices[1]] + g.normals[t.vertices[2]]), 0) << shape << scale;
             }
         }
+}
+
+TEST(Mitsuba, SmoothingByAngleIsNamed) {
+    const TempFolder folder;
+    const std::string angle = "<float name=\"max_smooth_angle\" value=\"5\"/>";
+    EXPECT_TRUE(warned(loadText(folder, "<shape type=\"cube\">" + angle + "</shape>"), "max_smooth_angle"));
+    EXPECT_FALSE(warned(loadText(folder, "<shape type=\"cube\"/>"), "max_smooth_angle"));
+}
+
+TEST(Mitsuba, TexturesOfMeshesWithoutTextureCoordinatesAreNamed) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    std::ofstream(folder / "plain.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::ofstream(folder / "mapped.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    const auto load = [&](const std::string& mesh) {
+        return loadText(folder, "<shape type=\"obj\"><string name=\"filename\" value=\"" + mesh + "\"/><bsdf type=\"diffuse\" id=\"wall\">"
+                                "<texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"picture.png\"/></texture></bsdf></shape>");
+    };
+    EXPECT_TRUE(warned(load("plain.obj"), "wall.reflectance: a mesh with this texture has no texture coordinates"));
+    EXPECT_FALSE(warned(load("mapped.obj"), "texture coordinates"));
 }
 
 TEST(Mitsuba, MergedShapesAreTheirParts) {

@@ -101,6 +101,7 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     const std::vector<glm::vec4> made = needsTangents && !tangents.count && uvs.count ? makeTangents(positions, normals, uvs, list) : std::vector<glm::vec4>();
     if (anisotropic && !tangents.count && !uv0.count && !uv1.count)
         load.warn(place + " has neither tangents nor texture coordinates: its anisotropy has an arbitrary direction");
+    load.checkTexcoords(material, uv0.count > 0, uv1.count > 0);
     load.geometry.provide({normals.count > 0, uv0.count > 0, uv1.count > 0, tangents.count > 0 || !made.empty(), colors.count > 0});
 
     const glm::dmat3 linear(toWorld);

@@ -94,6 +94,19 @@ double halfHeight(const MitsubaObject& sensor, double aspect) {
     return axis == "x" ? half / aspect : half;
 }
 
+// Mitsuba does not see what is nearer or farther than these planes.
+void warnOfClipping(MitsubaLoad& load, const MitsubaObject& sensor, const Camera& camera) {
+    const double nearest = sensor.find("near_clip") ? sensor.real("near_clip", 0) : 0;
+    const double farthest = sensor.find("far_clip") ? sensor.real("far_clip", 0) : std::numeric_limits<double>::infinity();
+    const glm::dvec3 along(-camera.toWorld[2]), eye(camera.toWorld[3]);
+    const auto isCut = [&](const glm::vec3& position) {
+        const double depth = glm::dot(glm::dvec3(position) - eye, along);
+        return depth > 0 && (depth < nearest || depth > farthest);
+    };
+    if (std::any_of(load.scene.geometry.positions.begin(), load.scene.geometry.positions.end(), isCut))
+        load.warn(camera.name + ": near_clip and far_clip are left out, and so what they cut away is seen; remove these shapes to see past them");
+}
+
 void addSensor(MitsubaLoad& load, const MitsubaObject& sensor) {
     const bool perspective = sensor.type() == "perspective" || sensor.type() == "thinlens";
     if (!perspective && sensor.type() != "orthographic")
@@ -135,6 +148,7 @@ void addSensor(MitsubaLoad& load, const MitsubaObject& sensor) {
             load.document.fail(*sensor.find(offset), "principal point offsets are not supported", "", "crop a larger film instead");
     if (sensor.type() == "thinlens")
         load.warn(camera.name + ": thinlens is rendered without its lens, everything in focus");
+    warnOfClipping(load, sensor, camera);
     sensor.ignore({"near_clip", "far_clip", "focus_distance", "aperture_radius", "shutter_open", "shutter_close"});
     sensor.objects("sampler");
     load.noteUnread(sensor);

@@ -128,6 +128,7 @@ void ShapeLoader::addMesh(const MitsubaObject& shape, const Mesh& mesh, const gl
         shape.fail("the shape brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
                    "the meshes are too detailed, or used too often", "simplify the scene");
     const bool smooth = !faceNormals, generated = smooth && mesh.normals.empty();
+    load_.checkTexcoords(material, !mesh.uvs.empty(), false);
     load_.geometry.provide({smooth, !mesh.uvs.empty(), false, false, false});
     const glm::dmat3 linear(toWorld), cofactor = cofactorMatrix(linear);
     std::vector<glm::dvec3> positions;
@@ -176,6 +177,8 @@ void ShapeLoader::add(const MitsubaObject& shape) {
         materials_.of(bsdfs.empty() ? nullptr : &bsdfs[0], emitters.empty() ? nullptr : &emitters[0], load_.nameOf(shape, "shape"));
     if (material)
         addMesh(shape, mesh, toWorld, *material);
+    if (shape.find("max_smooth_angle"))
+        load_.warn("max_smooth_angle is left out: edges that it would keep sharp are smooth; save the meshes with normals, or give face_normals");
     shape.ignore({"silhouette_sampling_weight", "collapse", "max_smooth_angle", "flip_normals"});
     load_.noteUnread(shape);
 }
