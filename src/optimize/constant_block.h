@@ -14,11 +14,11 @@ namespace cmpg {
 constexpr std::size_t kMostConstants = 8;
 constexpr std::size_t kMostConstantPixels = std::size_t(1) << 25;
 
-// How images change with each of some constants: of one parameter, of one view.
+// How images change with some entries of a constant: of one view.
 struct ConstantColumn {
     std::array<Image, 2> half; // halves of the change, with random numbers of their own
-    std::uint32_t entries = 1; // of the parameter: entry c of three changes channel c of the image alone
-    double step = 1;           // by how much all entries were changed
+    std::uint32_t entries = 1; // one that changes all channels of the image, or three, of which entry c changes channel c alone
+    double step = 1;           // by how much they were changed
 };
 
 // J^T W J, with J the derivative of images by the entries of all columns, added up over views. Both K x K, row by row.

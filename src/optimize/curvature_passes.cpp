@@ -93,7 +93,10 @@ void Optimization::findConstants(bool allowed) {
     std::size_t pixels = 0;
     for (std::size_t view = 0; view < model_.views(); ++view)
         pixels = std::max(pixels, std::size_t(model_.size(view).first) * model_.size(view).second);
-    if (constants_.size() > kMostConstants || constants_.size() * pixels > kMostConstantPixels)
+    std::size_t columns = 0;
+    for (const std::size_t i : constants_)
+        columns += mixesChannels(scene_.parameters[parameters_[i]].kind) ? scene_.parameters[parameters_[i]].entries() : 1;
+    if (constants_.size() > kMostConstants || columns * pixels > kMostConstantPixels)
         constants_.clear();
     for (const std::size_t i : constants_)
         methods_[i] = OptimizerKind::GaussNewton;
@@ -155,17 +158,20 @@ void Optimization::measureConstants(StepReport& report) {
             double step = kConstantStep * std::max(double(state_.moments[i].unit), largest);
             if (largest + step > parameter.highest())
                 step = -step;
-            std::vector<float> moved = parameter.values;
-            for (float& value : moved)
-                value += float(step);
-            model_.setSecondValues(parameters_[i], moved);
-            ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
-            model_.setSecondValues(parameters_[i], parameter.values);
-            dropBeyondBounds(halves, *target);
-            report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
-            addAnswer(halves.half[0].difference, halves.half[1].difference, square);
-            // The difference is to the moved values.
-            columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(parameter.entries()), -step});
+            const std::size_t together = mixesChannels(parameter.kind) ? 1 : parameter.entries();
+            for (std::size_t first = 0; first < parameter.entries(); first += together) {
+                std::vector<float> moved = parameter.values;
+                for (std::size_t entry = first; entry < first + together; ++entry)
+                    moved[entry] += float(step);
+                model_.setSecondValues(parameters_[i], moved);
+                ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
+                model_.setSecondValues(parameters_[i], parameter.values);
+                dropBeyondBounds(halves, *target);
+                report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
+                addAnswer(halves.half[0].difference, halves.half[1].difference, square);
+                // The difference is to the moved values.
+                columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(together), -step});
+            }
         }
         Image weight = lossCurvature(config_.loss, target->image, target->mask);
         for (float& value : weight.values)

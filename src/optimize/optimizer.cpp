@@ -105,7 +105,7 @@ float slotRate(const OptimizerConfig& config, SlotKind kind) {
 OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton) {
     if (asked != OptimizerKind::Auto)
         return asked;
-    return newton && kind != SlotKind::Normal ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
+    return newton && !mixesChannels(kind) ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
 }
 
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor) {

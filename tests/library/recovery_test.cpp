@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 namespace cmpg::test {
@@ -39,6 +41,32 @@ TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
     EXPECT_LT(losses.back(), 0.5 * losses.front());
     recovery.apply(scene);
     EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
+}
+
+// Its largest channel takes light from what is below in all channels of the image.
+TEST(LibraryRecovery, FindsTheColourOfASheen) {
+    const Folder folder;
+    std::filesystem::copy(std::filesystem::path(kBox).parent_path(), folder / "box");
+    nlohmann::json json = nlohmann::json::parse(std::ifstream(kBox));
+    json["extensionsUsed"].push_back("KHR_materials_sheen");
+    const std::vector<float> truth{0.8f, 0.5f, 0.2f};
+    for (nlohmann::json& material : json["materials"])
+        if (material["name"] == "left")
+            material["extensions"]["KHR_materials_sheen"] = {{"sheenColorFactor", truth}, {"sheenRoughnessFactor", 0.5}};
+    std::ofstream(folder / "box/scene.gltf") << json;
+    Scene scene = Scene::load(folder / "box/scene.gltf");
+    scene.set("left.baseColor", std::vector{0.8f}); // not red, so that all channels see the light below go
+    const Target target{"", Renderer(device(), scene).render({.width = 32, .spp = 256})};
+    scene.set("left.sheenColor", std::vector{0.3f});
+    RecoveryOptions options;
+    options.parameters = {"left.sheenColor"};
+    options.steps = 20;
+    Recovery recovery(device(), scene, {target}, options);
+    while (!recovery.done())
+        recovery.step();
+    const std::vector<float> found = recovery.values("left.sheenColor");
+    for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(found[c], truth[c], 0.02) << c;
 }
 
 TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
