@@ -9,6 +9,7 @@
 #include "scene/parameter_values.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cmpg::v1 {
 namespace {
@@ -220,6 +221,9 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, Pass
         throw Error(ErrorKind::Usage, "no parameter was named when the renderer was made", {}, "name what derivatives are asked for", {"param"});
     if (adjoint.channels != 3 || adjoint.width < 1 || adjoint.height < 1 || adjoint.values.size() != adjoint.pixels() * 3)
         throw Error(ErrorKind::Usage, "the adjoint is no image of 3 channels", {}, "give the derivative of a scalar by every pixel and channel");
+    if (!std::all_of(adjoint.values.begin(), adjoint.values.end(), [](float value) { return std::isfinite(value); }))
+        throw Error(ErrorKind::Usage, "the adjoint has values that are not finite", "the loss divides by 0 or overflows at some pixel",
+                    "give 0 for pixels that are to be left out");
     if ((pass.width > 0 && pass.width != adjoint.width) || (pass.height > 0 && pass.height != adjoint.height))
         throw Error(ErrorKind::Usage,
                     "the adjoint is " + std::to_string(adjoint.width) + "x" + std::to_string(adjoint.height) + ", not of the pass's size", {},

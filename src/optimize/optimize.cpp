@@ -67,17 +67,31 @@ struct Residual {
     double beyond = 0; // without the image's noise, in expectation: the target's noise, and values that are still on their way
 };
 
-// Nothing where no pixel answers.
-std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
+// Pixels whose error is larger than `most` weigh less, as if it were that: the edge of a lamp in the picture, or a path that met it by chance, tells
+// nothing of what is known elsewhere. Nothing where no pixel answers.
+std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
+                                 double most = std::numeric_limits<double>::infinity()) {
+    const Image mean = image.mean();
     std::vector<float> weights = target.mask;
     if (!shares.empty()) {
         weights.resize(shares.size(), 1.f);
         for (std::size_t p = 0; p < weights.size(); ++p)
             weights[p] *= shares[p] * shares[p];
     }
+    if (std::isfinite(most)) {
+        weights.resize(mean.pixels(), 1.f);
+        for (std::size_t p = 0; p < weights.size(); ++p) {
+            double error = 0;
+            for (std::size_t k = 3 * p; weights[p] > 0 && k < 3 * p + 3; ++k)
+                if (target.clipped.empty() || !target.clipped[k])
+                    error += lossTerm(loss, mean.values[k], target.image.values[k]).value / 3;
+            if (error > most)
+                weights[p] *= float(most / error);
+        }
+    }
     if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
         return std::nullopt;
-    return Residual{evaluateLoss(loss, image.mean(), target.image, weights, target.clipped).value,
+    return Residual{evaluateLoss(loss, mean, target.image, weights, target.clipped).value,
                     evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
 }
 
@@ -85,8 +99,9 @@ bool isSquared(Loss loss) { return loss == Loss::Mse || loss == Loss::RelativeMs
 
 // As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not the first.
 // Twice the mean square: exp(-n loss / tolerated) is a normal distribution then.
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares) {
-    const std::optional<Residual> found = residual(loss, image, target, shares);
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
+    constexpr double kLargest = 1000; // times what is tolerated: three times the target's mean
+    const std::optional<Residual> found = residual(loss, image, target, shares, kLargest * tolerated);
     return found ? 2 * (found->whole - std::min(0.0, found->beyond)) : std::numeric_limits<double>::infinity();
 }
 
@@ -282,7 +297,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.dropped += loss.nonFinite;
     if (const double most = tolerance_[view]; most > 0) {
         constexpr double kLeast = 1e-4; // of the most: targets without any noise
-        const double expected = isSquared(config_.loss) ? expectedLoss(config_.loss, image, target, shares_[view]) : most;
+        const double expected = isSquared(config_.loss) ? expectedLoss(config_.loss, image, target, shares_[view], most) : most;
         information_ += loss.values / std::clamp(expected, kLeast * most, most) / viewShare_; // of all views
     }
     report.samples += image.paths;

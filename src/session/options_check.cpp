@@ -163,6 +163,8 @@ void validate(const Options& o) {
     if (o.command == Command::None)
         refuse("no command given",
                "a scene opens a window; commands are render, gradient, optimize, compare, tradeoff, inspect, view, guide; see cmpg-vk --help");
+    if (o.input.empty() && !o.resume.empty())
+        refuse("'" + o.resume + "' has no checkpoint that says which scene it is of", "give the scene and the options of the run beside --resume, or begin anew without it");
     if (o.input.empty())
         refuse(commandName(o.command) + std::string(o.command == Command::View    ? " needs an image"
                                                         : o.command == Command::Guide ? " needs a guide"

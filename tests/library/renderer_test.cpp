@@ -105,6 +105,15 @@ TEST(LibraryRenderer, SamplesUntilTheErrorIsSmallEnough) {
     EXPECT_EQ(errorOf([&] { renderer.render({.batches = 8, .layers = true}); }).kind, ErrorKind::Usage);
 }
 
+TEST(LibraryRenderer, RefusesAnAdjointThatIsNotFinite) {
+    Renderer renderer(device(), Scene::load(kBox), {.parameters = {kPainting}});
+    Image adjoint(8, 8, 3, 1.f);
+    adjoint.at(3, 3)[1] = NAN;
+    const Error error = errorOf([&] { renderer.backward(adjoint, {.spp = 1}); });
+    EXPECT_EQ(error.kind, ErrorKind::Usage);
+    EXPECT_NE(std::string(error.what()).find("adjoint"), std::string::npos);
+}
+
 TEST(LibraryRenderer, GuidesAreSavedAndLoaded) {
     const Folder folder;
     const Scene scene = Scene::load(kBox);
