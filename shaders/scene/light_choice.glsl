@@ -25,7 +25,7 @@ float expectedLight(SceneInfo scene, LightRecord light, vec3 position, Surface s
         vec2 uv;
         float density;
         direction = sampleEnvironment(scene.environment, u.yz, uv, density);
-        brought = where.w; // directions are drawn in proportion to the radiance
+        brought = where.w; // about, for what scattered rays do not find: directions are drawn in proportion to the radiance above the mean
     } else if (kPunctualLights && kind == kLightDirectional) {
         direction = -along.xyz;
         brought = where.w;
