@@ -34,6 +34,9 @@ bool measuresCurvature(std::uint32_t step, std::uint32_t growth = kGrowth) {
 // More of it makes no pixel darker.
 bool onlyBrightens(SlotKind kind) { return kind == SlotKind::BaseColor || kind == SlotKind::Emission || kind == SlotKind::Radiance; }
 
+// Entries of a constant that are moved together, for one image of how the views change.
+std::size_t entriesOfColumn(const Parameter& parameter) { return mixesChannels(parameter.kind) ? 1 : parameter.entries(); }
+
 // Where the target is clipped and the image is brighter, the loss does not answer to the image, nor to what changes it.
 void dropBeyondBounds(ImageHalves& halves, const Target& target) {
     const Image &a = halves.half[0].image, &b = halves.half[1].image;
@@ -95,7 +98,7 @@ void Optimization::findConstants(bool allowed) {
         pixels = std::max(pixels, std::size_t(model_.size(view).first) * model_.size(view).second);
     std::size_t columns = 0;
     for (const std::size_t i : constants_)
-        columns += mixesChannels(scene_.parameters[parameters_[i]].kind) ? scene_.parameters[parameters_[i]].entries() : 1;
+        columns += scene_.parameters[parameters_[i]].entries() / entriesOfColumn(scene_.parameters[parameters_[i]]);
     if (constants_.size() > kMostConstants || columns * pixels > kMostConstantPixels)
         constants_.clear();
     for (const std::size_t i : constants_)
@@ -158,7 +161,7 @@ void Optimization::measureConstants(StepReport& report) {
             double step = kConstantStep * std::max(double(state_.moments[i].unit), largest);
             if (largest + step > parameter.highest())
                 step = -step;
-            const std::size_t together = mixesChannels(parameter.kind) ? 1 : parameter.entries();
+            const std::size_t together = entriesOfColumn(parameter);
             for (std::size_t first = 0; first < parameter.entries(); first += together) {
                 std::vector<float> moved = parameter.values;
                 for (std::size_t entry = first; entry < first + together; ++entry)

@@ -59,7 +59,7 @@ struct NoisyTerm {
 NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
     const double x = 0.5 * (a + b), half = 0.5 * (a - b) * (a - b); // half: variance of a and of b
     const LossTerm mean = lossTerm(loss, x, y);
-    if (loss != Loss::Mse && loss != Loss::RelativeMse)
+    if (!isSquared(loss))
         return {mean.value, mean.derivative, mean.derivative * mean.derivative * half / 2};
     const double unit = loss == Loss::Mse ? 1 : 1 / (y * y + kLossEpsilon);
     // The variance of (a - y) (b - y) is 2 v D^2 + v^2, with v that of a and b and D without noise; (x - y)^2 is D^2 + v / 2 on average.

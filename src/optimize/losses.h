@@ -16,6 +16,7 @@ struct LossTerm {
     double value, derivative; // derivative by x; 0 at the kinks
 };
 LossTerm lossTerm(Loss loss, double x, double y);
+inline bool isSquared(Loss loss) { return loss == Loss::Mse || loss == Loss::RelativeMse; }
 
 // Whether the mean of two estimates of a value is no darker than a clipped one, and so without loss.
 inline bool isBeyondBound(double a, double b, double clipped) { return 0.5 * (a + b) >= clipped; }

@@ -7,6 +7,7 @@
 #include "optimize/gauss_newton.h"
 #include "optimize/loaded_target.h"
 #include "optimize/ordered_sum.h"
+#include "optimize/residual.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,69 +41,6 @@ SquareSum squareSum(std::span<const double> gradient) {
             }
         return sum;
     });
-}
-
-// The loss of an image that is wrong by kTrusted of the target's mean everywhere. Of the mean, not the root mean square: a lamp in the picture would
-// make that large, and all that the lamp lights would be trusted little.
-double toleratedLoss(Loss loss, const Target& target) {
-    constexpr double kTrusted = 0.1;
-    double sum = 0, weights = 0;
-    for (std::size_t i = 0; i < target.image.values.size(); ++i) {
-        const double weight = target.mask.empty() ? 1 : double(target.mask[i / 3]), value = std::abs(double(target.image.values[i]));
-        if (!std::isfinite(value) || weight == 0)
-            continue;
-        sum += weight * value;
-        weights += weight;
-    }
-    const double off = weights > 0 ? kTrusted * sum / weights : 0;
-    Image wrong = target.image;
-    for (float& value : wrong.values)
-        value += float(off);
-    return evaluateLoss(loss, wrong, target.image, target.mask).value;
-}
-
-// A squared loss where an image answers to the parameters.
-struct Residual {
-    double whole = 0;  // of the image as it is
-    double beyond = 0; // without the image's noise, in expectation: the target's noise, and values that are still on their way
-};
-
-// Pixels whose error is larger than `most` weigh less, as if it were that: the edge of a lamp in the picture, or a path that met it by chance, tells
-// nothing of what is known elsewhere. Nothing where no pixel answers.
-std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
-                                 double most = std::numeric_limits<double>::infinity()) {
-    const Image mean = image.mean();
-    std::vector<float> weights = target.mask;
-    if (!shares.empty()) {
-        weights.resize(shares.size(), 1.f);
-        for (std::size_t p = 0; p < weights.size(); ++p)
-            weights[p] *= shares[p] * shares[p];
-    }
-    if (std::isfinite(most)) {
-        weights.resize(mean.pixels(), 1.f);
-        for (std::size_t p = 0; p < weights.size(); ++p) {
-            double error = 0;
-            for (std::size_t k = 3 * p; weights[p] > 0 && k < 3 * p + 3; ++k)
-                if (target.clipped.empty() || !target.clipped[k])
-                    error += lossTerm(loss, mean.values[k], target.image.values[k]).value / 3;
-            if (error > most)
-                weights[p] *= float(most / error);
-        }
-    }
-    if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
-        return std::nullopt;
-    return Residual{evaluateLoss(loss, mean, target.image, weights, target.clipped).value,
-                    evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
-}
-
-bool isSquared(Loss loss) { return loss == Loss::Mse || loss == Loss::RelativeMse; }
-
-// As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not the first.
-// Twice the mean square: exp(-n loss / tolerated) is a normal distribution then.
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
-    constexpr double kLargest = 1000; // times what is tolerated: three times the target's mean
-    const std::optional<Residual> found = residual(loss, image, target, shares, kLargest * tolerated);
-    return found ? 2 * (found->whole - std::min(0.0, found->beyond)) : std::numeric_limits<double>::infinity();
 }
 
 // What the prior measures differences of texels by: their range, or, since light has none, their mean. 0: nothing is known of them.

@@ -48,7 +48,7 @@ struct OptimizeConfig {
 inline bool carriesImages(const OptimizeConfig& config) { return config.sppDifference > 0; }
 
 // Whether an optimisation has what Gauss-Newton needs.
-inline bool allowsNewton(const OptimizeConfig& config) { return carriesImages(config) && (config.loss == Loss::Mse || config.loss == Loss::RelativeMse); }
+inline bool allowsNewton(const OptimizeConfig& config) { return carriesImages(config) && isSquared(config.loss); }
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0

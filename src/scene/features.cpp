@@ -65,9 +65,8 @@ struct Analysis {
             reads(SlotKind::Metallic, metal);
             reads(SlotKind::Specular, specular);
         } else {
-            reads(SlotKind::Roughness, !isSmooth(m));
-            reads(SlotKind::Metallic, false);
-            reads(SlotKind::Specular, m.model != SurfaceModel::Conductor);
+            for (const SlotKind kind : {SlotKind::Roughness, SlotKind::Metallic, SlotKind::Specular})
+                reads(kind, readsSlot(m, kind));
         }
         reads(SlotKind::Emission, emits);
         reads(SlotKind::Normal, m.hasNormalMap);

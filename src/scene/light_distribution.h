@@ -22,8 +22,8 @@ struct LightDistribution {
 // parallel edges float leaves no more than a hint of the direction, and of very small ones nothing.
 glm::vec3 faceNormal(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2);
 
-// Selection probability follows the emitted power (environment: over a disc of the scene's radius, and mostly what is above its mean); an emitter whose radiance is
-// differentiated is never left out. Texture-mapped emission counts with the mean over its texture.
+// Selection probability follows the emitted power (environment: over a disc of the scene's radius, and mostly what is above its mean); an emitter whose
+// radiance is differentiated is never left out. Texture-mapped emission counts with the mean over its texture.
 LightDistribution buildLights(const Scene& scene, const Bvh& bvh, const std::vector<std::uint32_t>& differentiable);
 
 } // namespace cmpg

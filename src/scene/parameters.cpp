@@ -117,12 +117,10 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
 
 std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left) const {
     std::vector<bool> without(parameters.size(), false);
-    for (const Material& m : materials)
-        for (const SlotKind kind : {SlotKind::Metallic, SlotKind::Specular, SlotKind::Roughness})
-            if (!readsSlot(m, kind)) without[m.parameters[std::size_t(kind)]] = true;
-    for (const Material& m : materials)
-        for (const SlotKind kind : {SlotKind::Metallic, SlotKind::Specular, SlotKind::Roughness}) // materials may share one
-            if (readsSlot(m, kind)) without[m.parameters[std::size_t(kind)]] = false;
+    for (const bool read : {false, true}) // materials may share a parameter: one that reads it decides
+        for (const Material& m : materials)
+            for (const SlotKind kind : {SlotKind::Metallic, SlotKind::Specular, SlotKind::Roughness})
+                if (readsSlot(m, kind) == read) without[m.parameters[std::size_t(kind)]] = !read;
     for (const Material& m : materials)
         if (!hasNormalDerivative(m)) without[m.parameters[std::size_t(SlotKind::Normal)]] = true;
     std::vector<std::uint32_t> selected;

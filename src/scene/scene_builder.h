@@ -80,7 +80,7 @@ class SceneBuilder {
     // Warns of textures of a material on a mesh that lacks the set of texture coordinates they are looked up by: all of it then shows what is at (0, 0).
     void checkTexcoords(std::uint32_t material, bool uv0, bool uv1);
 
-    // Latitude-longitude; adds its parameter. False: a value times the intensity is too large a number.
+    // Latitude-longitude, of a single pixel a constant; adds its parameter. False: a value times the intensity is too large a number.
     bool setEnvironment(const RawImage& image, float intensity, float rotation);
 
     // A frame's axes made orthonormal, with its origin moved as the scene was: scale and shear do not bend a camera, a mirrored frame mirrors

@@ -12,6 +12,17 @@ namespace {
 using test::parse;
 using test::parseCode;
 
+TEST(Options, AFolderWithoutACheckpointIsNotResumedWithoutItsScene) {
+    const std::string folder = testing::TempDir();
+    try {
+        parse({"optimize", "--resume", folder});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind, ErrorKind::Usage);
+        EXPECT_NE(std::string(error.what()).find("no checkpoint"), std::string::npos) << error.what();
+    }
+}
+
 TEST(Options, CommonOptionsStandBeforeOrAfterTheCommand) {
     const std::vector<std::string> common = {"--spp",          "7",
                                              "--spp-gradient", "3",

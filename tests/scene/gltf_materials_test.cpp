@@ -1,5 +1,6 @@
 // Materials of glTF scenes: what every slot's parameter holds.
 #include "gltf_writer.h"
+#include "scene/features.h"
 #include "scene/image.h"
 #include "test_images.h"
 
@@ -248,6 +249,18 @@ TEST(GltfMaterials, LinearAndFloatTexturesAreNotDecoded) {
     const Scene s = f.load();
     expectValues(valuesOf(s, "wall.baseColor"), {0.2f, 0.4f, 0.8f});
     expectValues(valuesOf(s, "wall.emission"), {3, 0.5f, 0});
+}
+
+// It is looked up at zeros, and not by the first set, whatever other meshes have.
+TEST(GltfMaterials, TexturesByASetThatMeshesLackAreNamed) {
+    Fixture f;
+    const std::size_t t = f.png("c.png", 2, 1, 3, {51, 102, 204, 255, 0, 0});
+    f.material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", t}, {"texCoord", 1}};
+    const Scene s = f.load();
+    EXPECT_TRUE(warned(s, "wall.baseColor: a mesh with this texture has no second set of texture coordinates"));
+    EXPECT_TRUE(analyse(s, {}).texcoord1);
+    f.material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", t}};
+    EXPECT_FALSE(warned(f.load(), "texture coordinates"));
 }
 
 TEST(GltfMaterials, RoughnessIsGreenAndMetallicIsBlue) {

@@ -112,16 +112,7 @@ void Exporter::writeEnvironment(pugi::xml_node parent, const MitsubaElement* old
         addProperty(node, "rgb", "radiance", listOf(radiance.values));
         return;
     }
-    Image picture = imageOf(radiance);
-    if (picture.width == 1 || picture.height == 1) {
-        constexpr int kFewest = 4; // columns and rows that Mitsuba wants of a map
-        Image larger(std::max(picture.width, kFewest), std::max(picture.height, kFewest), 3);
-        for (int y = 0; y < larger.height; ++y)
-            for (int x = 0; x < larger.width; ++x)
-                std::copy_n(picture.at(std::min(x, picture.width - 1), std::min(y, picture.height - 1)), 3, larger.at(x, y));
-        picture = std::move(larger);
-    }
-    addProperty(node, "string", "filename", folder_.add("environment", ".exr", encodeExr(picture)));
+    addProperty(node, "string", "filename", folder_.add("environment", ".exr", encodeExr(imageOf(radiance))));
     if (!environment.replaced && old) { // as it stood
         for (const MitsubaElement* child : old->children)
             if (child->name == "to_world")

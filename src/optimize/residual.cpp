@@ -1,0 +1,59 @@
+// How far an image is off its target.
+#include "optimize/residual.h"
+
+#include "optimize/losses.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmpg {
+
+double toleratedLoss(Loss loss, const Target& target) {
+    constexpr double kTrusted = 0.1; // of the target's mean
+    double sum = 0, weights = 0;
+    for (std::size_t i = 0; i < target.image.values.size(); ++i) {
+        const double weight = target.mask.empty() ? 1 : double(target.mask[i / 3]), value = std::abs(double(target.image.values[i]));
+        if (!std::isfinite(value) || weight == 0)
+            continue;
+        sum += weight * value;
+        weights += weight;
+    }
+    const double off = weights > 0 ? kTrusted * sum / weights : 0;
+    Image wrong = target.image;
+    for (float& value : wrong.values)
+        value += float(off);
+    return evaluateLoss(loss, wrong, target.image, target.mask).value;
+}
+
+std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double most) {
+    const Image mean = image.mean();
+    std::vector<float> weights = target.mask;
+    if (!shares.empty()) {
+        weights.resize(shares.size(), 1.f);
+        for (std::size_t p = 0; p < weights.size(); ++p)
+            weights[p] *= shares[p] * shares[p];
+    }
+    if (std::isfinite(most)) {
+        weights.resize(mean.pixels(), 1.f);
+        for (std::size_t p = 0; p < weights.size(); ++p) {
+            double error = 0;
+            for (std::size_t k = 3 * p; weights[p] > 0 && k < 3 * p + 3; ++k)
+                if (target.clipped.empty() || !target.clipped[k])
+                    error += lossTerm(loss, mean.values[k], target.image.values[k]).value / 3;
+            if (error > most)
+                weights[p] *= float(most / error);
+        }
+    }
+    if (!weights.empty() && !std::any_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
+        return std::nullopt;
+    return Residual{evaluateLoss(loss, mean, target.image, weights, target.clipped).value,
+                    evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
+}
+
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
+    constexpr double kLargest = 1000; // times what is tolerated: three times the target's mean
+    const std::optional<Residual> found = residual(loss, image, target, shares, kLargest * tolerated);
+    return found ? 2 * (found->whole - std::min(0.0, found->beyond)) : std::numeric_limits<double>::infinity();
+}
+
+} // namespace cmpg

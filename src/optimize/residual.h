@@ -1,0 +1,36 @@
+// How far an image is off its target: what is tolerated, what its noise explains, and what is left. The weight of the prior follows from it, and how many
+// samples an image gets.
+#pragma once
+
+#include "optimize/running_image.h"
+#include "optimize/target.h"
+
+#include <cmpg/options.h>
+
+#include <limits>
+#include <optional>
+#include <span>
+
+namespace cmpg {
+
+// The loss of an image that is wrong by a tenth of the target's mean everywhere. Of the mean, not the root mean square: a lamp in the picture would
+// make that large, and all that the lamp lights would be trusted little.
+double toleratedLoss(Loss loss, const Target& target);
+
+// A squared loss where an image answers to the parameters.
+struct Residual {
+    double whole = 0;  // of the image as it is
+    double beyond = 0; // without the image's noise, in expectation: the target's noise, and values that are still on their way
+};
+
+// `shares`: by pixel, how strongly it answers (OptimizeState::pixelShares), or empty for all alike. Pixels whose error is larger than `most` weigh less, by as
+// much as it is larger. Nothing where no pixel answers.
+std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
+                                 double most = std::numeric_limits<double>::infinity());
+
+// As likely as the errors of an image are, by a squared loss: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
+// the first. Twice the mean square: exp(-n loss / expected) is a normal distribution then. An error of a pixel far above `tolerated` tells little: it is the edge
+// of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. Infinite where no pixel answers.
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated);
+
+} // namespace cmpg

@@ -1,0 +1,59 @@
+// How far an image is off its target, as the weight of the prior sees it.
+#include "optimize/residual.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cmpg {
+namespace {
+
+RunningImage both(const Image& image) {
+    RunningImage running;
+    running.half = {image, image};
+    return running;
+}
+
+Target grey(int width, int height, float value) {
+    Target target;
+    target.image = Image(width, height, 3, value);
+    return target;
+}
+
+TEST(Residual, ToleratesATenthOfTheMean) {
+    Target target = grey(8, 8, 0.5f);
+    EXPECT_NEAR(toleratedLoss(Loss::Mse, target), 0.05 * 0.05, 1e-8);
+    target.image.at(0, 0)[0] = NAN; // masked, like all that is not finite
+    target.mask.assign(64, 1);
+    target.mask[0] = 0;
+    EXPECT_NEAR(toleratedLoss(Loss::Mse, target), 0.05 * 0.05, 1e-8);
+}
+
+TEST(Residual, WeighsPixelsByTheSquareOfTheirAnswer) {
+    const Target target = grey(2, 1, 0.5f);
+    Image image(2, 1, 3, 0.5f);
+    for (int c = 0; c < 3; ++c) {
+        image.at(0, 0)[c] += 0.1f;
+        image.at(1, 0)[c] += 0.2f;
+    }
+    EXPECT_NEAR(residual(Loss::Mse, both(image), target, {})->whole, (0.01 + 0.04) / 2, 1e-7);
+    EXPECT_NEAR(residual(Loss::Mse, both(image), target, std::vector<float>{2, 1})->whole, (4 * 0.01 + 0.04) / 5, 1e-7);
+    EXPECT_FALSE(residual(Loss::Mse, both(image), target, std::vector<float>{0, 0}));
+}
+
+// One pixel met a lamp by chance.
+TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
+    const Target target = grey(64, 64, 0.2f);
+    const double tolerated = toleratedLoss(Loss::Mse, target);
+    Image image(64, 64, 3, 0.21f);
+    const double clean = expectedLoss(Loss::Mse, both(image), target, {}, tolerated);
+    EXPECT_NEAR(clean, 2 * 1e-4, 1e-7);
+    image.at(7, 5)[1] = 10;
+    EXPECT_GT(2 * residual(Loss::Mse, both(image), target, {})->whole, 10 * tolerated);
+    const double expected = expectedLoss(Loss::Mse, both(image), target, {}, tolerated);
+    EXPECT_NEAR(expected, clean + 2 * 1000 * tolerated / (64 * 64), 1e-5);
+    EXPECT_LT(expected, tolerated);
+}
+
+} // namespace
+} // namespace cmpg
