@@ -22,6 +22,7 @@ MOST_TARGET_BYTES = _cmpg.Target.most_bytes
 
 Picture = Union[npt.ArrayLike, Path]
 Targets = Union[Picture, Mapping[str, Picture], Mapping[Camera, Picture], Mapping[Union[str, Camera], Picture]]
+Masks = Targets
 
 
 class Recovery(Iterator[RecoveryStep]):
@@ -53,7 +54,8 @@ class Recovery(Iterator[RecoveryStep]):
         warm_up: first steps, which only learn the guide.
         freeze: step from which on the guide stays as it is; 0: none.
         error_target: the gradient of each step is sampled until |standard error| / |gradient| is this small; `spp_gradient`, at least 8, is the most.
-        mask: weights in [0, 1] of the targets' pixels, (height, width), or for targets that are files the file of an image.
+        mask: weights in [0, 1] of the targets' pixels, (height, width), or for targets that are files the file of an image; or several, by the camera
+            as the targets are: others have none.
         target_exposure: targets are multiplied by 2^target_exposure.
         The others as in Renderer.
 
@@ -66,7 +68,7 @@ class Recovery(Iterator[RecoveryStep]):
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
-                 error_target: float = 0, mask: npt.ArrayLike | Path | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
+                 error_target: float = 0, mask: Masks | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
                  guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
                  keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
@@ -81,7 +83,7 @@ class Recovery(Iterator[RecoveryStep]):
     def of(cls, renderer: Renderer, target: Targets, *, steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0,
            loss: str = "mse", optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
            prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0, error_target: float = 0,
-           mask: Picture | None = None, target_exposure: float = 0, progress: RecoveryProgress | None = None) -> Recovery:
+           mask: Masks | None = None, target_exposure: float = 0, progress: RecoveryProgress | None = None) -> Recovery:
         """A recovery of a renderer that was made with `recoveries`, and goes on being usable.
 
         It recovers the renderer's parameters, from the current values of its scene on. Each step takes over what was set in the scene since, and puts its own
@@ -302,10 +304,15 @@ def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed:
 
 def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:
     targets: list[_cmpg.Target] = []
-    for camera, image in (target if isinstance(target, Mapping) else {"": target}).items():
+    views = target if isinstance(target, Mapping) else {"": target}
+    masks = mask if isinstance(mask, Mapping) else dict.fromkeys(views, mask)
+    for camera in masks:
+        if camera not in views:
+            raise UsageError(f"there is a mask of {camera}, but no target", "", "name cameras as the targets do", ["target", "mask"])
+    for camera, image in views.items():
         held = sum(known.nbytes for known in targets)
         name, moved = view_of(camera)
-        targets.append(target_of(image, name, mask, exposure, held >= MOST_TARGET_BYTES))
+        targets.append(target_of(image, name, masks.get(camera), exposure, held >= MOST_TARGET_BYTES))
         if moved is not None:
             targets[-1].move(moved)
     return targets

@@ -38,13 +38,14 @@ Views loadViews(const Options& options, const Scene& scene) {
     for (const std::string& text : options.target) {
         const CameraFile given = cameraFileOf(scene, text);
         const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
-        v1::Target target = load(given.file, given.camera, options.mask, options.targetExposure);
+        v1::Target target = load(given.file, given.camera, maskOf(options, scene, given.camera), options.targetExposure);
         bytes += (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size();
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));
         target.camera = result.views.back().camera;
         result.targets.push_back(std::move(target));
     }
+    requireMasksOf(options, scene, result.titles);
     return result;
 }
 
@@ -242,7 +243,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
             if (step.step == 0)
                 warnOfUnreached(session, run);
             if (!options.quiet)
-                progress.update(step);
+                progress.update(step, options.timeBudget ? std::optional(*options.timeBudget - now) : std::nullopt);
         }
     } catch (const Error& e) {
         failure = e; // the state is that after a whole step: worth keeping

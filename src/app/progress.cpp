@@ -39,11 +39,11 @@ std::string progressLine(const v1::RecoveryStep& step, std::uint32_t steps, doub
 Progress::Progress(std::ostream& out, bool terminal, std::uint32_t steps)
     : out_(out), terminal_(terminal), steps_(steps), interval_(std::max(1u, steps / kLines)) {}
 
-void Progress::update(const v1::RecoveryStep& step) {
+void Progress::update(const v1::RecoveryStep& step, std::optional<double> budget) {
     ++done_;
     samples_ += step.paths;
     const double seconds = std::max(watch_.seconds(), 1e-9);
-    const double left = seconds / done_ * (steps_ - std::min(step.step + 1, steps_));
+    const double stepsLeft = seconds / done_ * (steps_ - std::min(step.step + 1, steps_)), left = std::min(stepsLeft, budget.value_or(stepsLeft));
     const std::string line = progressLine(step, steps_, double(samples_) / seconds, left);
     if (terminal_) {
         out_ << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ') << std::flush;

@@ -6,6 +6,7 @@
 #include <cmpg/recovery.h>
 
 #include <iosfwd>
+#include <optional>
 
 namespace cmpg {
 
@@ -16,7 +17,8 @@ std::string progressLine(const v1::RecoveryStep& step, std::uint32_t steps, doub
 class Progress {
   public:
     Progress(std::ostream& out, bool terminal, std::uint32_t steps);
-    void update(const v1::RecoveryStep& step);
+    // `budget`: seconds left for steps, where they end by time as well.
+    void update(const v1::RecoveryStep& step, std::optional<double> budget = {});
     void finish(); // leaves the line on a terminal
 
   private:

@@ -117,7 +117,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
     case OptionGroup::Target:
         v({"target", "[CAMERA=]FILE", "", "Image the loss compares with: .exr .hdr .png .jpg. Of one camera by CAMERA=FILE; repeats in optimize", Contents}, o.target);
         v({"loss", "", "mse", "Mean over pixels and channels"}, o.loss, kLosses);
-        v({"mask", "FILE", "", "Image whose mean channel weights the pixels of the loss", Contents}, o.mask);
+        v({"mask", "[CAMERA=]FILE", "", "Image whose mean channel weights the pixels of the loss, of all targets or of one camera's. Repeats", Contents}, o.mask);
         v({"target-exposure", "E", "0", "Multiply targets by 2^E", Contents}, o.targetExposure);
         break;
     case OptionGroup::Comparison:

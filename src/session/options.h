@@ -65,7 +65,7 @@ struct Options {
     std::vector<std::string> param;
     std::vector<std::string> target; // FILE or CAMERA=FILE
     Loss loss = Loss::Mse;
-    std::string mask;
+    std::vector<std::string> mask;   // FILE or CAMERA=FILE
     float targetExposure = 0;
 
     // gradient

@@ -148,7 +148,6 @@ nlohmann::ordered_json toConfig(const Options& options) {
         if (const std::uint32_t batches = o.effectiveBatches())
             o.batches = batches;
     }
-    o.mask = absolutePath(o.mask);
     o.environment = absolutePath(o.environment);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
@@ -158,8 +157,9 @@ nlohmann::ordered_json toConfig(const Options& options) {
         o.direction = absolutePath(o.direction);
     for (std::string& s : o.set)
         s = absoluteAssignment(s);
-    for (std::string& t : o.target)
-        t = absoluteAssignment(t);
+    for (std::vector<std::string>* files : {&o.target, &o.mask})
+        for (std::string& file : *files)
+            file = absoluteAssignment(file);
 
     nlohmann::ordered_json json;
     json["command"] = commandName(o.command);

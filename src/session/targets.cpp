@@ -1,6 +1,7 @@
-// --target: an image, and the camera it was taken by.
+// --target and --mask: images, and the cameras they are of.
 #include "session/targets.h"
 
+#include "base/error.h"
 #include "library/states.h"
 #include "scene/file_io.h"
 #include "scene/image.h"
@@ -9,6 +10,13 @@
 #include <filesystem>
 
 namespace cmpg {
+namespace {
+
+const std::string& nameOfCamera(const Options& options, const Scene& scene, const std::string& camera) {
+    return scene.camera(camera.empty() ? options.camera : camera).name;
+}
+
+} // namespace
 
 Image readColorImage(const std::string& file) {
     Image image = readImage(file).image;
@@ -33,9 +41,33 @@ CameraFile cameraFileOf(const Scene& scene, const std::string& text) {
     return {"", text};
 }
 
+std::filesystem::path maskOf(const Options& options, const Scene& scene, const std::string& camera) {
+    const std::string& name = nameOfCamera(options, scene, camera);
+    std::filesystem::path ofAll;
+    for (const std::string& text : options.mask) {
+        const CameraFile given = cameraFileOf(scene, text);
+        if (given.camera.empty())
+            ofAll = given.file;
+        else if (given.camera == name)
+            return given.file;
+    }
+    return ofAll;
+}
+
+void requireMasksOf(const Options& options, const Scene& scene, std::span<const std::string> cameras) {
+    for (const std::string& text : options.mask) {
+        const CameraFile given = cameraFileOf(scene, text);
+        const auto isOf = [&](const std::string& camera) { return nameOfCamera(options, scene, camera) == given.camera; };
+        if (!given.camera.empty() && std::none_of(cameras.begin(), cameras.end(), isOf))
+            throw Error(ErrorKind::Usage, "there is no target of the camera " + given.camera + " for the mask " + given.file.string(), {},
+                        "give one, or leave the mask out", {"target", "mask"});
+    }
+}
+
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text) {
-    const CameraFile given = cameraFileOf(scene.state()->scene, text);
-    return v1::Target::load(given.file, given.camera, options.mask, options.targetExposure);
+    const Scene& host = scene.state()->scene;
+    const CameraFile given = cameraFileOf(host, text);
+    return v1::Target::load(given.file, given.camera, maskOf(options, host, given.camera), options.targetExposure);
 }
 
 } // namespace cmpg

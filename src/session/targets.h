@@ -1,10 +1,12 @@
-// --target: an image, and the camera it was taken by.
+// --target and --mask: images, and the cameras they are of.
 #pragma once
 
 #include "scene/scene.h"
 #include "session/options.h"
 
 #include <cmpg/recovery.h>
+
+#include <span>
 
 namespace cmpg {
 
@@ -18,6 +20,12 @@ struct CameraFile {
 
 // "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
 CameraFile cameraFileOf(const Scene& scene, const std::string& text);
+
+// The file of --mask for the target of a camera ("": that of --camera): the camera's own, or the one of all. Empty: there is none.
+std::filesystem::path maskOf(const Options& options, const Scene& scene, const std::string& camera);
+
+// Error(Usage) on a mask of a camera that none of `cameras` is, in whose names "" is that of --camera.
+void requireMasksOf(const Options& options, const Scene& scene, std::span<const std::string> cameras);
 
 // Its camera is empty where it is the one of --camera.
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text);

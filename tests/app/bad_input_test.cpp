@@ -91,6 +91,7 @@ TEST_F(BadInput, Files) {
         {with(optimize, {"--target", cut}), 3, "cut.exr"},
         {with(optimize, {"--target", good, "--mask", large}), 3, "20 x 12"},
         {with(optimize, {"--target", good, "--mask", black}), 3, "no pixel"},
+        {with(optimize, {"--target", "corner=" + good, "--target", "front=" + good, "--mask", "front=" + black}), 3, "no pixel"},
         {with(optimize, {"--target", good, "--width", "20"}), 3, "16x16"},
     });
     EXPECT_FALSE(fs::exists(run)); // input is looked at before anything is written
@@ -120,6 +121,7 @@ TEST_F(BadInput, Usage) {
         {{"gradient", kBox, "-o", out, "--param", param, "--adjoint", good, "--direction", "self"}, 2, "--direction"},
         {{"gradient", kBox, "-o", out, "--param", param, "--target", "nobody=" + good}, 2, "nobody"},
         {{"optimize", kBox, "-o", run, "--param", param}, 2, "--target"},
+        {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--mask", "corner=" + good}, 2, "no target of the camera corner"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--steps", "0"}, 2, "--steps"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--loss", "l3"}, 2, "l3"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--rate", "colour=1"}, 2, "colour"},

@@ -40,6 +40,20 @@ def test_takes_files_cameras_and_masks(grey, target, tmp_path):
     np.testing.assert_array_equal(exposed[PAINTING], same[PAINTING])
 
 
+def test_takes_a_mask_for_each_camera(grey, target):
+    ones, some = np.ones((32, 32)), np.eye(32)
+
+    def loss(mask):
+        return cmpg.Recovery(grey, {"front": target, "corner": target}, PAINTING, mask=mask, max_depth=4).step().loss
+
+    both = loss({"front": some, "corner": ones})
+    assert loss({"front": some}) == both  # a camera without one has all its pixels
+    assert loss({"corner": some}) != both
+    assert loss(some) == loss({"front": some, "corner": some})
+    with pytest.raises(cmpg.UsageError, match="a mask of side, but no target"):
+        loss({"side": some})
+
+
 def test_reads_files_when_steps_see_them(grey, target, tmp_path, monkeypatch):
     target.save(tmp_path / "target.exr")
     held = cmpg.Recovery(grey, tmp_path / "target.exr", PAINTING, max_depth=4)
