@@ -1,4 +1,5 @@
-"""Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane before a picture."""
+"""Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane before a picture,
+a tabletop with maps of all that it is."""
 import math
 import random
 
@@ -128,4 +129,24 @@ def lamps():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, screen, lamps)}
+def tiles():
+    """A tabletop whose colour, roughness and metalness are maps that have nothing in common, under a sky and a lamp, from three sides."""
+    g = Gltf(max_depth=5)
+
+    def worn(u, v):
+        polish = 0.5 + 0.5 * math.sin(2 * math.pi * (2 * u + 3 * v)) * math.cos(11 * u)
+        metal = 0.5 + 0.5 * math.sin(2 * math.pi * (3 * u - 2 * v) + 1) * math.cos(7 * v)
+        return 0, 255 * (0.2 + 0.6 * polish), 255 * metal
+
+    sky = images.Picture(64, 32, lambda u, v: (0.7, 0.9, 1.3) if v < 0.5 else (0.2, 0.18, 0.15))
+    g.environment("sky.exr", sky.exr())
+    g.material("tiles", texture=texture(g, clouds), metallic=1, rough_texture=g.texture("worn.png", images.Picture(64, 64, worn).png()), specular=1)
+    g.material("lamp", (0.2, 0.2, 0.2), emission=(14, 13, 11))
+    g.mesh("tiles", Mesh().quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), "tiles")
+    g.mesh("lamp", Mesh().quad((-0.8, 1.2, -2), (0.8, 1.2, -2), (0.8, 2, -1.6), (-0.8, 2, -1.6)), "lamp")
+    for name, place in (("front", (0, 1.6, 1.9)), ("left", (-1.9, 1.5, 0.8)), ("right", (1.9, 1.2, 0.6))):
+        g.camera(name, place, (0, 0, 0), 50)
+    return g
+
+
+GENERATED = {f.__name__: f for f in (window, globe, showcase, screen, lamps, tiles)}

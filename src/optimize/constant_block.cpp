@@ -119,7 +119,7 @@ void ConstantCurvature::add(const ConstantProducts& products, std::span<const fl
 void ConstantCurvature::addOthers(std::span<const double> product, std::span<const double> direction, std::span<const double> unit) {
     const std::size_t count = others.size();
     for (std::size_t i = 0; i < count; ++i)
-        others[i] = std::abs(finiteOrZero(product[i]) - inner(std::span(matrix).subspan(i * count, count), direction)) / unit[i];
+        others[i] += std::abs(finiteOrZero(product[i]) - inner(std::span(matrix).subspan(i * count, count), direction)) / unit[i];
 }
 
 bool ConstantCurvature::isOld(std::span<const float> values, std::span<const double> range) const {

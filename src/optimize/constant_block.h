@@ -42,8 +42,8 @@ struct ConstantCurvature {
     bool empty() const { return matrix.empty(); }
     // Later measurements count by half, or alone where the last one is old.
     void add(const ConstantProducts& products, std::span<const float> values, std::span<const double> range);
-    // From a bound on the whole: `product` = H d over all parameters, whose d of other entries is positive, with `direction` = d of these, 0 where
-    // they stayed, and `unit` a positive size of a change of each.
+    // Adds to `others` what a bound on the whole tells: `product` = H d over all parameters, whose d of other entries is not negative, with `direction` = d of
+    // these, 0 where they stayed, and `unit` a positive size of a change of each.
     void addOthers(std::span<const double> product, std::span<const double> direction, std::span<const double> unit);
     // Whether values have left where it was measured, so far that it may have changed. `range`: over which the images are about linear in each.
     bool isOld(std::span<const float> values, std::span<const double> range) const;

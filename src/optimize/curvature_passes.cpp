@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -217,36 +218,69 @@ bool Optimization::measuresAnyDiagonal() const {
     return false;
 }
 
+// Those that one image difference moves together. More of what only brightens makes no pixel darker, so that no effects of it cancel; of other slots
+// each stands alone: metallic may darken what roughness brightens, and their sum would tell of no curvature at all.
+std::vector<std::vector<std::size_t>> Optimization::curvatureGroups() const {
+    std::map<SlotKind, std::vector<std::size_t>> groups;
+    const auto groupOf = [&](std::size_t i) {
+        const SlotKind kind = scene_.parameters[parameters_[i]].kind;
+        return onlyBrightens(kind) ? SlotKind::BaseColor : kind;
+    };
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        if (usesDiagonal(i))
+            groups[groupOf(i)].push_back(i);
+    for (const std::size_t i : constants_) // with textures alone: constants have passes of their own
+        if (const auto found = groups.find(groupOf(i)); onlyBrightens(scene_.parameters[parameters_[i]].kind) && found != groups.end())
+            found->second.push_back(i);
+    std::vector<std::vector<std::size_t>> all;
+    for (auto& [kind, group] : groups)
+        all.push_back(std::move(group));
+    return all;
+}
+
 void Optimization::measureCurvature(std::span<const std::size_t> views, StepReport& report) {
     if (!measuresAnyDiagonal())
         return;
     const ScopedTime time(report.secondsGradient);
-    const auto moves = [&](std::size_t i) {
-        return usesDiagonal(i) || (isConstant(i) && onlyBrightens(scene_.parameters[parameters_[i]].kind));
-    };
+    const std::vector<std::vector<std::size_t>> groups = curvatureGroups();
+    curvature_ = gradients_; // zeros
+    if (views.size() < model_.views())
+        peak_ = gradients_;
+    constantCurvature_.others.assign(constantCurvature_.others.size(), 0.0);
+    std::vector<std::vector<float>> answers(model_.views());
+    for (const std::vector<std::size_t>& group : groups)
+        measureGroup(group, groups.size(), views, answers, report);
+    for (const std::size_t view : views) {
+        const auto [width, height] = model_.size(view);
+        shares_[view] = pixelShares(width, height, answers[view]);
+    }
+}
+
+// `groups`: how many there are. The Hessian is at most so many times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2.
+void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views,
+                                std::vector<std::vector<float>>& answers, StepReport& report) {
+    const auto isMoved = [&](std::size_t i) { return std::find(group.begin(), group.end(), i) != group.end(); };
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         std::vector<float> moved = scene_.parameters[parameters_[i]].values;
-        if (moves(i)) {
+        if (isMoved(i)) {
             const CurvatureDirection direction = curvatureDirection(i);
             for (std::size_t entry = 0; entry < moved.size(); ++entry)
                 moved[entry] += direction[entry];
         }
         model_.setSecondValues(parameters_[i], moved);
     }
-    curvature_ = gradients_; // zeros
     const bool all = views.size() == model_.views();
-    std::vector<std::vector<double>> own; // of a view
-    if (!all)
-        peak_ = own = gradients_;
+    std::vector<std::vector<double>> own; // of a view and the group
+    if (!all || groups > 1)
+        for (const std::vector<double>& gradient : gradients_)
+            own.emplace_back(gradient.size(), 0.0);
     for (const std::size_t view : views) {
-        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * model_.views() + view));
+        const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * model_.views() + view)); // one for all groups: what differs is the parameter
         const LoadedTarget target(config_.targets[view]);
         ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
         dropBeyondBounds(halves, *target);
         const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
-        std::vector<float> square;
-        addAnswer(a, b, square);
-        shares_[view] = pixelShares(a.width, a.height, square);
+        addAnswer(a, b, answers[view]);
         // The adjoint of a squared loss at so much beside the target.
         Image change = target->image;
         for (std::size_t k = 0; k < change.values.size(); ++k)
@@ -255,21 +289,25 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
         for (float& value : loss.adjoint.values)
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, all ? curvature_ : own);
-        for (std::size_t i = 0; i < own.size(); ++i)
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own);
+        for (std::size_t i = 0; i < own.size(); ++i) {
+            const double times = isConstant(i) ? 1 : isMoved(i) ? double(groups) : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
-                const double product = std::exchange(own[i][entry], 0);
-                curvature_[i][entry] += product / double(model_.views());
-                peak_[i][entry] = std::max(peak_[i][entry], product);
+                const double product = times * std::exchange(own[i][entry], 0);
+                curvature_[i][entry] += product / double(all ? 1 : model_.views());
+                if (!all)
+                    peak_[i][entry] = std::max(peak_[i][entry], product);
             });
+        }
     }
     if (constants_.empty())
         return;
-    std::vector<double> unit = constantUnits(), direction = unit;
+    std::vector<double> unit = constantUnits();
     for (double& u : unit)
         u *= kCurvatureStep;
-    direction = ofConstants([&](std::size_t i, std::size_t) { return moves(i) ? double(kCurvatureStep) * state_.moments[i].unit : 0.0; });
-    constantCurvature_.addOthers(ofConstants([&](std::size_t i, std::size_t entry) { return curvature_[i][entry]; }), direction, unit);
+    const auto direction = [&](std::size_t i, std::size_t) { return isMoved(i) ? double(kCurvatureStep) * state_.moments[i].unit : 0.0; };
+    const auto product = [&](std::size_t i, std::size_t entry) { return std::exchange(curvature_[i][entry], 0); };
+    constantCurvature_.addOthers(ofConstants(product), ofConstants(direction), unit);
 }
 
 CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {

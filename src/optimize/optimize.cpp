@@ -134,7 +134,9 @@ StepReport Optimization::step() {
     return report;
 }
 
-double Optimization::nextWork() const { return double(viewOrder().viewsOf(state_.step).size()) * (measuresAnyDiagonal() ? 2 : 1); }
+double Optimization::nextWork() const {
+    return double(viewOrder().viewsOf(state_.step).size()) * double(measuresAnyDiagonal() ? 1 + curvatureGroups().size() : 1);
+}
 
 RunningImage Optimization::image(std::size_t view, const Target& target, std::uint32_t step) {
     if (!carriesImages()) {

@@ -108,7 +108,7 @@ class Optimization {
     // and its target do not fit, Error(Usage) if Gauss-Newton is asked for and lacks what it needs. `start`: to go on from another run; its moments are those of `parameters`.
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
-    // Now and then the curvature of the loss. For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
+    // Now and then the curvature of the loss, once for each group of slots. For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it.
     StepReport step();
@@ -136,7 +136,12 @@ class Optimization {
   private:
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
+    // Places in parameters_.
+    std::vector<std::vector<std::size_t>> curvatureGroups() const;
     void measureCurvature(std::span<const std::size_t> views, StepReport& report);
+    // `answers`: by view and pixel, to which is added how it answers to the group.
+    void measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views, std::vector<std::vector<float>>& answers,
+                      StepReport& report);
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;

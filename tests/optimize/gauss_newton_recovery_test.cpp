@@ -35,6 +35,32 @@ TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
 }
 
+// What one slot brightens, another darkens as much: moved together they would seem to change nothing, and steps be far too long.
+TEST(GaussNewton, TellsSlotsApartThatCancelEachOther) {
+    const auto makeTwo = [] {
+        Scene scene;
+        scene.parameters.push_back(makeParameter("wall.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f));
+        scene.parameters.push_back(makeParameter("wall.metallic", SlotKind::Metallic, 8, 4, 3, 0.5f));
+        return scene;
+    };
+    Scene scene = makeTwo(), truth = makeTwo();
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform(0.2f, 0.8f);
+    for (Parameter& parameter : truth.parameters)
+        for (float& value : parameter.values)
+            value = uniform(random);
+    LinearModel model(scene, 1, 16, 16, 0), target(truth, 1, 16, 16, 0);
+    model.secondFactor = target.secondFactor = -0.95;
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets.resize(1);
+    config.targets[0].image = target.render(0, 1, {});
+    Optimization run(model, scene, config, {0, 1});
+    const double before = run.step().loss;
+    while (run.state().step < 39)
+        run.step();
+    EXPECT_LT(run.step().loss, 1e-4 * before);
+}
+
 // Of targets that are clipped at the mean of their values, and say so or not.
 double errorOfClipped(bool told, std::uint32_t steps) {
     Scene scene = makeScene();

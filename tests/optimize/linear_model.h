@@ -11,6 +11,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <random>
 
 namespace cmpg::test {
@@ -120,6 +121,7 @@ class LinearModel final : public ImageModel {
     PixelSampling pixels = PixelSampling::Adjoint;
     std::function<void(std::vector<std::vector<double>>&)> breakGradients;
     std::function<void(Image&)> breakImage;
+    std::optional<double> secondFactor; // what pixel values answer to the second parameter, times what they answer to the first; none: a factor of its own for each
 
   private:
     struct Row {
@@ -149,7 +151,7 @@ class LinearModel final : public ImageModel {
     std::array<std::pair<std::size_t, double>, 2> terms(std::size_t view, std::size_t i, std::size_t parameter) const {
         const Row& row = rows_[view * values() + i];
         const std::size_t entries = parameters_[parameter].size();
-        const double factor = parameter == 1 ? row.second : 1;
+        const double factor = parameter == 1 ? secondFactor.value_or(row.second) : 1;
         return {{{i % entries, factor * row.own}, {row.pick % entries, factor * row.other}}};
     }
 
