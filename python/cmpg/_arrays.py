@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Union
 
 import numpy as np
@@ -25,7 +25,21 @@ def floats(values: Any) -> npt.NDArray[np.float32]:
             values = np.from_dlpack(values)
         except (BufferError, RuntimeError, TypeError) as error:
             raise UsageError("an array of another library cannot be read", str(error), "copy it to the host as float32") from error
-    return np.ascontiguousarray(values, dtype=np.float32)
+    array = np.asarray(values)
+    if np.iscomplexobj(array):
+        raise UsageError("complex numbers have no place here", "their imaginary parts would be dropped", "give real ones")
+    return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def made(kind: Callable[..., Any], **options: Any) -> Any:
+    """What `kind` makes of options. Numbers below 0 are refused by name where none is meant."""
+    try:
+        return kind(**options)
+    except TypeError:
+        for name, value in options.items():
+            if isinstance(value, (int, np.integer)) and value < 0:
+                raise UsageError(f"{name} is {value}", "it is a count, which has no sign", "give a number that is not negative", [name]) from None
+        raise
 
 
 def names_of(names: Names) -> list[str]:

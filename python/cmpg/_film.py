@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, as_image
+from ._arrays import Image, as_image, made
 
 
 class Film:
@@ -24,7 +24,7 @@ class Film:
     """
 
     def __init__(self, width: int, height: int, *, layers: bool = False) -> None:
-        self._handle = _cmpg.Film(width, height, layers)
+        self._handle = made(_cmpg.Film, width=width, height=height, layers=layers)
 
     @property
     def shape(self) -> tuple[int, int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, Names, Path, as_image, floats, load_image, names_of
+from ._arrays import Image, Names, Path, as_image, floats, load_image, made, names_of
 from ._callbacks import weakly
 from ._cmpg import PassReport, RecoveryProgress, RecoveryStep
 from ._errors import UsageError
@@ -297,9 +297,11 @@ def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed:
              rate: float | Mapping[str, float] | None, schedule: str, final_rate: float, prior: float, total_variation: float, views_per_step: int,
              warm_up: int, freeze: int, error_target: float) -> _cmpg.RecoveryOptions:
     rates = [] if rate is None else list(rate.items()) if isinstance(rate, Mapping) else [("", float(rate))]
-    return _cmpg.RecoveryOptions(steps=steps, spp=spp, spp_gradient=spp_gradient, spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer,
-                                 rates=rates, schedule=schedule, final_rate=final_rate, prior=prior, total_variation=total_variation,
-                                 views_per_step=views_per_step, warm_up=warm_up, freeze=freeze, error_target=error_target)
+    options: _cmpg.RecoveryOptions = made(
+        _cmpg.RecoveryOptions, steps=steps, spp=spp, spp_gradient=spp_gradient, spp_difference=spp_difference, seed=seed, loss=loss, optimizer=optimizer,
+        rates=rates, schedule=schedule, final_rate=final_rate, prior=prior, total_variation=total_variation, views_per_step=views_per_step, warm_up=warm_up,
+        freeze=freeze, error_target=error_target)
+    return options
 
 
 def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:

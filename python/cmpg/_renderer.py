@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, Names, Path, as_image, floats, names_of
+from ._arrays import Image, Names, Path, as_image, floats, made, names_of
 from ._callbacks import weakly
 from ._cmpg import PassReport
 from ._film import Film
@@ -19,9 +19,14 @@ from ._scene import Camera, Device, Scene, view_of
 
 def path_options(max_depth: int, sampling: str, pixel_sampling: str, roulette: str, positivize: bool, no_nee: bool, memory: int, guide_memory: int,
                  sampler: str, load_guide: Path | None, keep_guide: bool, expert: Mapping[str, float] | None) -> Any:
-    return _cmpg.PathOptions(max_depth=max_depth, sampling=sampling, pixel_sampling=pixel_sampling, roulette=roulette, positivize=positivize,
-                             no_nee=no_nee, memory=memory, guide_memory=guide_memory, sampler=sampler, load_guide=load_guide or "",
-                             keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
+    return made(_cmpg.PathOptions, max_depth=max_depth, sampling=sampling, pixel_sampling=pixel_sampling, roulette=roulette, positivize=positivize,
+                no_nee=no_nee, memory=memory, guide_memory=guide_memory, sampler=sampler, load_guide=load_guide or "",
+                keep_guide=keep_guide, expert={name: float(value) for name, value in (expert or {}).items()})
+
+
+def pass_options(camera: str | Camera, **options: Any) -> Any:
+    name, moved = view_of(camera)
+    return made(_cmpg.PassOptions, camera=name, moved=moved, **options)
 
 
 OnImage = Callable[[Image], None]
@@ -101,7 +106,8 @@ class Renderer:
             UsageError: an unknown camera, or an option out of range.
         """
         image, self.report = self._handle.render(
-            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers),
+            pass_options(camera, width=width, height=height, spp=spp, seed=seed, train=train, train_spp=train_spp, anew=anew, frozen=frozen,
+                         error_target=error_target, time_budget=time_budget, batches=batches, layers=layers),
             _with_image(on_image))
         return as_image(image)
 
@@ -117,7 +123,8 @@ class Renderer:
         """
         image, self.report = self._handle.forward(
             self._directions(direction),
-            _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, layers),
+            pass_options(camera, width=width, height=height, spp=spp, seed=seed, train=train, train_spp=train_spp, anew=anew, frozen=frozen,
+                         error_target=error_target, time_budget=time_budget, batches=batches, layers=layers),
             _with_image(on_image))
         return as_image(image)
 
@@ -135,11 +142,11 @@ class Renderer:
         Raises:
             UsageError: an unknown camera, or an option out of range.
         """
-        self.report = self._handle.render_into(film._handle, _cmpg.PassOptions(*view_of(camera), spp=spp, seed=seed))
+        self.report = self._handle.render_into(film._handle, pass_options(camera, spp=spp, seed=seed))
 
     def forward_into(self, film: Film, direction: Mapping[str, npt.ArrayLike], *, camera: str | Camera = "", spp: int = 64, seed: int = 0) -> None:
         """The same for the derivative of the image along a direction, as in forward()."""
-        self.report = self._handle.forward_into(film._handle, self._directions(direction), _cmpg.PassOptions(*view_of(camera), spp=spp, seed=seed))
+        self.report = self._handle.forward_into(film._handle, self._directions(direction), pass_options(camera, spp=spp, seed=seed))
 
     def train(self, direction: Mapping[str, npt.ArrayLike] | None = None, *, passes: int = 1, spp: int = 64, camera: str | Camera = "", width: int = 0,
               height: int = 0, seed: int = 0) -> None:
@@ -154,7 +161,7 @@ class Renderer:
         Raises:
             UsageError: an unknown camera, or an option out of range.
         """
-        options = _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, train=passes)
+        options = pass_options(camera, width=width, height=height, spp=spp, seed=seed, train=passes)
         self._handle.train(self._directions(direction or {}), options)
 
     def on_submission(self, call: Callable[[], None] | None, *, seconds: float = 0.2) -> None:
@@ -197,7 +204,7 @@ class Renderer:
             UsageError: there is no such kind.
             DeviceError: memory is short.
         """
-        return self._handle.footprint(names_of(kinds), _cmpg.PassOptions("", None, train=int(train)))
+        return self._handle.footprint(names_of(kinds), pass_options("", train=int(train)))
 
     def guide_at(self, position: Sequence[float], kind: str = "render") -> GuidePoint | None:
         """What the guide knows at a point of the scene; None where it has learned nothing yet.
@@ -218,7 +225,7 @@ class Renderer:
         Returns:
             None where the guide has learned nothing yet.
         """
-        cells = self._handle.guide_cells(floats(depth), _cmpg.PassOptions(*view_of(camera)))
+        cells = self._handle.guide_cells(floats(depth), pass_options(camera))
         return None if cells is None else as_image(cells)
 
     def _directions(self, direction: Mapping[str, npt.ArrayLike]) -> list[tuple[str, npt.NDArray[np.float32]]]:
@@ -242,7 +249,7 @@ class Renderer:
             "comparisons": these, each with "what", "forward", "finite", "standard_error", "relative_error", "power" (the least relative error that would
             stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
         """
-        options = _cmpg.PassOptions(*view_of(camera), width, height, spp, seed, frozen=True)
+        options = pass_options(camera, width=width, height=height, spp=spp, seed=seed, frozen=True)
         return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
 
     def save_guide(self, file: Path) -> None:
@@ -265,5 +272,6 @@ class Renderer:
             The others as in render().
         """
         gradients, self.report = self._handle.backward(
-            floats(adjoint), _cmpg.PassOptions(*view_of(camera), 0, 0, spp, seed, train, train_spp, anew, frozen, error_target, time_budget, batches, False))
+            floats(adjoint), pass_options(camera, spp=spp, seed=seed, train=train, train_spp=train_spp, anew=anew, frozen=frozen, error_target=error_target,
+                                          time_budget=time_budget, batches=batches))
         return {name: as_image(gradient) for name, gradient in gradients.items()}
