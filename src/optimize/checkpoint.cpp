@@ -49,6 +49,9 @@ void put(ByteWriter& out, const OptimizeState& state) {
     out.put(state.constants.noise);
     out.put(state.constants.others);
     out.put(state.constants.at);
+    for (const std::vector<double>* values : {&state.carried.mean, &state.carried.variance, &state.carried.squares})
+        out.put(*values);
+    out.put(state.carried.at);
     out.count(state.losses.size());
     for (const ViewLoss& loss : state.losses) {
         out.put(loss.value);
@@ -131,6 +134,12 @@ OptimizeState getState(ByteReader& in) {
     const auto finite = [](double value) { return std::isfinite(value); };
     if (!std::all_of(state.constants.matrix.begin(), state.constants.matrix.end(), finite))
         throw Malformed{"the curvature of constants is not finite"};
+    for (std::vector<double>* values : {&state.carried.mean, &state.carried.variance, &state.carried.squares}) {
+        *values = in.reals<double>();
+        if (!std::all_of(values->begin(), values->end(), finite))
+            throw Malformed{"the gradient of constants is not finite"};
+    }
+    state.carried.at = in.reals<float>();
     state.losses.resize(in.count(8 + 8 + 1));
     for (ViewLoss& loss : state.losses) {
         loss.value = in.real();

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kPixelsAtATime = 1 << 13;
 constexpr double kLeastRidge = 1e-3;  // of the diagonal
 constexpr double kShareWeight = 0.3;  // of the latest step in the averages of signal and noise
+constexpr double kNoiseWeight = 0.3;  // and in that of a gradient's variance
+constexpr double kSignificant = 1;    // standard errors by which a slope is one
 constexpr int kSweeps = 10000;        // of coordinate descent: for matrices of a condition of 1000
 constexpr double kSettled = 1e-6;     // of the bounds
 
@@ -129,12 +131,44 @@ bool ConstantCurvature::isOld(std::span<const float> values, std::span<const dou
     return false;
 }
 
+bool ConstantCurvature::isHidden(std::size_t entry) const {
+    const std::size_t diagonal = entry * at.size() + entry;
+    return noise[diagonal] > std::max(matrix[diagonal], 0.0);
+}
+
 bool ConstantCurvature::isNoisy() const {
     const std::size_t count = at.size();
     for (std::size_t i = 0; i < count; ++i)
         if (noise[i * count + i] > 0.5 * std::max(matrix[i * count + i], 0.0))
             return true;
     return false;
+}
+
+void CarriedGradient::advance(const ConstantCurvature& curvature, std::span<const float> values, std::span<const double> range,
+                              std::span<const double> gradient, std::span<const double> half) {
+    const std::size_t count = values.size();
+    const bool first = mean.size() != count || curvature.matrix.size() != count * count;
+    mean.resize(count);
+    variance.resize(count);
+    squares.resize(count);
+    double distance = 0; // in ranges
+    if (!first)
+        for (std::size_t i = 0; i < count; ++i)
+            distance += std::abs(double(values[i]) - at[i]) / range[i];
+    for (std::size_t i = 0; i < count; ++i) {
+        const double now = finiteOrZero(gradient[i]), square = finiteOrZero(half[i] * half[i]);
+        squares[i] += (first ? 1 : kNoiseWeight) * (square - squares[i]);
+        if (first || !curvature.isHidden(i)) {
+            mean[i] = now;
+            variance[i] = square;
+            continue;
+        }
+        const double unsure = std::min(distance, 1.0) * std::abs(mean[i]), before = variance[i] + unsure * unsure;
+        const double sum = before + std::max(squares[i], square), weight = sum > 0 ? before / sum : 1;
+        mean[i] += weight * (now - mean[i]);
+        variance[i] = (1 - weight) * before;
+    }
+    at.assign(values.begin(), values.end());
 }
 
 std::vector<double> boxMinimum(std::span<const double> matrix, std::span<const double> gradient, std::span<const double> lowest,
@@ -158,7 +192,7 @@ std::vector<double> boxMinimum(std::span<const double> matrix, std::span<const d
 }
 
 std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<const double> gradient, std::span<const double> half,
-                                 std::span<const double> lowest, std::span<const double> highest, Moments& moments) {
+                                 std::span<const double> lowest, std::span<const double> highest, std::span<const double> rate, Moments& moments) {
     const std::size_t count = gradient.size();
     std::vector<double> matrix = curvature.matrix, g, h;
     // What the diagonal may be: noise alone where it has made it negative, so that a step is short, and not none.
@@ -182,8 +216,13 @@ std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<c
     average.signal += weight * (signal - average.signal);
     average.noise += weight * (noise - average.noise);
     const double share = signalShare(average);
-    for (double& s : step)
-        s *= share;
+    for (std::size_t i = 0; i < count; ++i) {
+        step[i] *= share;
+        const double known = std::max(curvature.matrix[i * count + i], 0.0), sure = 1 - kSignificant * kSignificant * h[i] * h[i] / (g[i] * g[i]);
+        if (curvature.isHidden(i) && sure > 0)
+            if (const double least = sure * std::min(rate[i], std::abs(g[i]) / known); std::abs(step[i]) < least)
+                step[i] = std::clamp(g[i] > 0 ? -least : least, lowest[i], highest[i]);
+    }
     return step;
 }
 

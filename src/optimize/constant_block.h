@@ -47,16 +47,31 @@ struct ConstantCurvature {
     void addOthers(std::span<const double> product, std::span<const double> direction, std::span<const double> unit);
     // Whether values have left where it was measured, so far that it may have changed. `range`: over which the images are about linear in each.
     bool isOld(std::span<const float> values, std::span<const double> range) const;
+    // Whether the diagonal of an entry is no larger than its noise.
+    bool isHidden(std::size_t entry) const;
     // Whether a diagonal is not known to a factor of two, by one standard deviation.
     bool isNoisy() const;
+};
+
+// The gradient by these entries. That of the last step; where noise hides the curvature, and steps are short, from more of them: while values hardly move, the
+// gradients of steps are of the same values, and their noise averages out. After a move of a whole range what they say may be off by all of it (a
+// Kalman filter, entry by entry).
+struct CarriedGradient {
+    std::vector<double> mean, variance; // K, of the values `at`; empty before the first step
+    std::vector<double> squares;        // K: the variance of one step's gradient, averaged
+    std::vector<float> at;              // K
+    // `gradient` of a step at `values`, `half`: half of how two independent halves of it differ. `range`: as in ConstantCurvature::isOld.
+    void advance(const ConstantCurvature& curvature, std::span<const float> values, std::span<const double> range, std::span<const double> gradient,
+                 std::span<const double> half);
 };
 
 // The minimum of g x + x M x / 2 for x within bounds that contain 0. M is symmetric; entries without a positive diagonal stay at 0.
 std::vector<double> boxMinimum(std::span<const double> matrix, std::span<const double> gradient, std::span<const double> lowest, std::span<const double> highest);
 
 // By how much the entries should change: to that minimum, with M the measured curvature and a ridge as large as its noise, times the share
-// of the signal in what the gradient promises, averaged over steps in `moments`. A diagonal that noise has made negative is the ridge alone. `half`: half of how two independent halves of the gradient differ.
+// of the signal in what the gradient promises, averaged over steps in `moments`. A diagonal that noise has made negative is the ridge alone. `half`: as large as the noise of the gradient, of any sign.
+// An entry whose curvature noise hides goes up to `rate` at least, the farther the surer its slope is: Adam goes as far.
 std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<const double> gradient, std::span<const double> half,
-                                 std::span<const double> lowest, std::span<const double> highest, Moments& moments);
+                                 std::span<const double> lowest, std::span<const double> highest, std::span<const double> rate, Moments& moments);
 
 } // namespace cmpg

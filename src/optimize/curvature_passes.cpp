@@ -339,6 +339,9 @@ void Optimization::stepConstants(double factor) {
         const double far = std::min(kNewtonReach * slotRate(config_.optimizer, parameter.kind) * factor * length, 1e30);
         return shapesLobe(parameter.kind) ? std::min(far, kShapeReach) : far;
     };
+    const auto rate = [&](std::size_t i, std::size_t) {
+        return slotRate(config_.optimizer, scene_.parameters[parameters_[i]].kind) * factor * double(state_.moments[i].unit);
+    };
     const auto down = [&](std::size_t i, std::size_t entry) {
         return std::max(-reach(i, entry), double(scene_.parameters[parameters_[i]].lowest()) - value(i, entry));
     };
@@ -348,7 +351,11 @@ void Optimization::stepConstants(double factor) {
     const auto gradient = [&](std::size_t i, std::size_t entry) { return gradients_[i][entry]; };
     const auto half = [&](std::size_t i, std::size_t entry) { return noise_[i][entry]; };
     Moments& shared = state_.moments[constants_[0]];
-    const std::vector<double> step = constantStep(state_.constants, ofConstants(gradient), ofConstants(half), ofConstants(down), ofConstants(up), shared);
+    std::vector<double> noise = ofConstants(half);
+    state_.carried.advance(state_.constants, constantValues(), constantRanges(), ofConstants(gradient), noise);
+    for (std::size_t i = 0; i < noise.size(); ++i)
+        noise[i] = std::copysign(std::sqrt(state_.carried.variance[i]), noise[i]);
+    const std::vector<double> step = constantStep(state_.constants, state_.carried.mean, noise, ofConstants(down), ofConstants(up), ofConstants(rate), shared);
     std::size_t at = 0;
     for (const std::size_t i : constants_) {
         Parameter& parameter = scene_.parameters[parameters_[i]];

@@ -411,6 +411,9 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
     const ConstantCurvature& curvature = state.constants;
     fits = fits && (curvature.empty() || curvature.matrix.size() == constants * constants) && curvature.noise.size() == curvature.matrix.size() &&
            curvature.others.size() == (curvature.empty() ? 0 : constants) && curvature.at.size() == curvature.others.size();
+    const CarriedGradient& carried = state.carried;
+    fits = fits && (carried.mean.empty() || carried.mean.size() == constants) && carried.variance.size() == carried.mean.size() &&
+           carried.squares.size() == carried.mean.size() && carried.at.size() == carried.mean.size();
     fits = fits && (state.losses.empty() || state.losses.size() == model_.views());
     fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
     for (std::size_t view = 0; fits && view < model_.views(); ++view) {

@@ -94,6 +94,7 @@ struct OptimizeState {
     std::vector<SharedValues> imageValues{};        // of the views: of the parameters, for which the image was made; null where there is none yet
     std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
     ConstantCurvature constants{};                  // of those that step together
+    CarriedGradient carried{};                      // and their gradient
     std::vector<ViewLoss> losses{};                 // of the views; empty before the first step
 };
 

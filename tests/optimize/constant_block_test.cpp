@@ -176,7 +176,7 @@ TEST(ConstantBlock, KnowsItsNoise) {
 
 // Noise may make a measured diagonal negative, or all but 0. The entry takes a step then, as short as that noise asks for.
 TEST(ConstantBlock, StepsWhereNoiseHidesTheCurvature) {
-    const std::vector<double> gradient{-1}, none{0}, below{-10}, bound{10};
+    const std::vector<double> gradient{-1}, none{0}, below{-10}, bound{10}, rate{0.1};
     for (const double found : {-0.5, 0.0, 1e-6}) {
         ConstantCurvature curvature;
         ConstantProducts products(1);
@@ -185,8 +185,56 @@ TEST(ConstantBlock, StepsWhereNoiseHidesTheCurvature) {
         curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
         Moments moments;
         moments.noise.resize(1);
-        EXPECT_NEAR(constantStep(curvature, gradient, none, below, bound, moments)[0], 0.5, 1e-3) << found;
+        EXPECT_NEAR(constantStep(curvature, gradient, none, below, bound, rate, moments)[0], 0.5, 1e-3) << found;
     }
+}
+
+// However noisy the curvature is, a slope that is sure goes its rate, and one that may be of either sign hardly moves.
+TEST(ConstantBlock, GoesItsRateWhereNoiseHidesTheCurvature) {
+    const std::vector<double> gradient{-1}, below{-10}, bound{10}, rate{0.1};
+    const auto step = [&](double half, double found) {
+        ConstantCurvature curvature;
+        ConstantProducts products(1);
+        products.mean[0] = found;
+        products.variance[0] = 1e8;
+        curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
+        Moments moments;
+        moments.noise.resize(1);
+        return constantStep(curvature, gradient, std::vector<double>{half}, below, bound, rate, moments)[0];
+    };
+    EXPECT_NEAR(step(0, 0), 0.1, 1e-12);
+    EXPECT_NEAR(step(0.5, -1), 0.075, 1e-12);
+    EXPECT_NEAR(step(0, 100), 0.01, 1e-12); // what it says, if it is right
+    EXPECT_LT(step(2, 0), 1e-3);
+}
+
+// Noise averages out over steps of the same values; gradients of values far from those count less.
+TEST(ConstantBlock, CarriesTheGradientWhereNoiseHidesTheCurvature) {
+    ConstantCurvature curvature;
+    ConstantProducts products(1);
+    products.variance[0] = 4;
+    const std::vector<double> range{0.1};
+    curvature.add(products, std::vector<float>{0.5f}, range);
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    constexpr int kSteps = 100;
+    CarriedGradient carried;
+    for (int step = 0; step < kSteps; ++step) {
+        const double a = 1 + 2 * normal(random), b = 1 + 2 * normal(random); // two halves
+        carried.advance(curvature, std::vector<float>{0.5f}, range, std::vector<double>{0.5 * (a + b)}, std::vector<double>{0.5 * (a - b)});
+    }
+    EXPECT_NEAR(carried.mean[0], 1, 4 * std::sqrt(2.0 / kSteps)); // four standard errors of a plain mean
+    EXPECT_LT(carried.variance[0], 4 * 2.0 / kSteps);
+    const auto after = [&](float at, double hides) {
+        CarriedGradient moved = carried;
+        ConstantCurvature other = curvature;
+        other.noise[0] = hides;
+        moved.advance(other, std::vector<float>{at}, range, std::vector<double>{-3}, std::vector<double>{0.1});
+        return moved.mean[0];
+    };
+    EXPECT_GT(after(0.5f, 2), 0.5);
+    EXPECT_LT(after(0.6f, 2), after(0.5f, 2) - 1);
+    EXPECT_EQ(after(0.5f, 0), -3);
 }
 
 // A lit sphere of one material, as one number each: base colour, metallic, specular and roughness. The highlight narrows with the roughness, gets the
