@@ -287,9 +287,13 @@ def loss_of(image: npt.ArrayLike, target: Picture, loss: str = "mse", *, mask: n
         mask, target_exposure: as in Recovery.
 
     Raises:
+        UsageError: values of the image are not finite.
         InputError: the sizes differ, or no pixel has a weight.
     """
-    value, adjoint = _cmpg.loss_of(loss, floats(image), target_of(target, "", mask, target_exposure))
+    given = floats(image)
+    if not np.isfinite(given).all():
+        raise UsageError("the image has values that are not finite", "they would be left out, as if they were right", "look where they come from, or set them to those of the target")
+    value, adjoint = _cmpg.loss_of(loss, given, target_of(target, "", mask, target_exposure))
     return value, as_image(adjoint)
 
 

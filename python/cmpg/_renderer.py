@@ -12,6 +12,7 @@ from . import _cmpg
 from ._arrays import Image, Names, Path, as_image, floats, made, names_of
 from ._callbacks import weakly
 from ._cmpg import PassReport
+from ._errors import UsageError
 from ._film import Film
 from ._guide import GuidePoint
 from ._scene import Camera, Device, Scene, view_of
@@ -232,7 +233,13 @@ class Renderer:
         return [(name, self._direction(name, values)) for name, values in direction.items()]
 
     def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        return floats(np.broadcast_to(floats(values), self._scene[name].shape))
+        given, shape = floats(values), self._scene[name].shape
+        if not np.isfinite(given).all():
+            raise UsageError(f"the direction of {name} has values that are not finite", "", "give finite ones")
+        try:
+            return floats(np.broadcast_to(given, shape))
+        except ValueError:
+            raise UsageError(f"the direction of {name} has the shape {given.shape}, not {shape}", "", "give that shape, one value per channel, or a number") from None
 
     def check(self, name: str, direction: npt.ArrayLike = 1, *, camera: str | Camera = "", width: int = 0, height: int = 0, spp: int = 16, spp_gradient: int = 0,
               seed: int = 0) -> dict[str, Any]:

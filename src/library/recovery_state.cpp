@@ -23,6 +23,7 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
     require(options.sppDifference != 1 && options.sppDifference <= kMostSamples, "spp-difference",
             "0, or from 2 to 16777216: an image has two halves");
     require(within(options.finalRate, 1), "final-rate", "from 0 to 1");
+    require(options.schedule != Schedule::Exponential || options.finalRate > 0, "final-rate", "above 0 with an exponential schedule");
     require(within(options.prior, 1e6f), "prior", "from 0 to 1e6");
     require(within(options.totalVariation, 1e6f), "total-variation", "from 0 to 1e6");
     if (options.errorTarget != 0) {

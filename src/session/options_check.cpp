@@ -86,6 +86,8 @@ void validateSteps(const Options& o) {
     if (o.recovery.steps == 0 || o.recovery.steps > 10'000'000)
         refuse("--steps must be from 1 to 10000000");
     requireFinite(o.recovery.finalRate, "--final-rate", 0, 1);
+    if (o.recovery.schedule == Schedule::Exponential && o.recovery.finalRate == 0)
+        refuse("--final-rate must be above 0 with an exponential schedule, which never gets to 0");
     requireFinite(o.recovery.totalVariation, "--total-variation", 0, 1e6f);
     requireFinite(o.recovery.prior, "--prior", 0, 1e6f);
     requirePositive(o.stopAfter, "--stop-after", 10'000'000);

@@ -142,6 +142,19 @@ def test_defaults_are_those_of_the_command_line(grey, target, tmp_path):
     np.testing.assert_array_equal(continued[PAINTING], recovery[PAINTING])
 
 
+def test_refuses_what_is_not_finite_and_rates_that_are_none(grey, target):
+    broken = np.array(target)
+    broken[3, 4] = np.nan
+    with pytest.raises(cmpg.UsageError, match="not finite"):
+        cmpg.loss_of(broken, target)
+    with pytest.raises(cmpg.UsageError, match="not finite"):
+        cmpg.Renderer(grey, PAINTING).forward({PAINTING: np.nan}, width=8, spp=1)
+    with pytest.raises(cmpg.UsageError, match="has the shape"):
+        cmpg.Renderer(grey, PAINTING).forward({PAINTING: np.ones((3, 5))}, width=8, spp=1)
+    with pytest.raises(cmpg.UsageError, match="above 0 with an exponential schedule"):
+        cmpg.Recovery(grey, target, PAINTING, schedule="exponential", final_rate=0)
+
+
 def test_losses_of_images_have_their_derivative(target):
     rng = np.random.default_rng(5)
     image = target + rng.normal(0, 0.1, target.shape).astype(np.float32)

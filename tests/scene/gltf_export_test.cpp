@@ -156,6 +156,12 @@ TEST(GltfExport, GlassLoadsBack) {
     const Scene back = loadScene(out / "scene.gltf");
     expectSame(s, back);
     EXPECT_EQ(back.materials[1].model, SurfaceModel::Dielectric);
+
+    const std::uint32_t metallic = s.parameter("plain.metallic"); // which glass does not read
+    s.parameters[metallic].values[0] = 1;
+    const TempFolder again;
+    exportScene(s, {metallic}, again.path());
+    EXPECT_EQ(loadScene(again / "scene.gltf").materials[1].model, SurfaceModel::Dielectric);
 }
 
 TEST(GltfExport, PartialTransmissionLoadsBack) {

@@ -112,7 +112,10 @@ void MaterialExporter::baseColor() {
 }
 
 void MaterialExporter::metallicRoughness() {
-    const Parameter rough = values(SlotKind::Roughness), metal = values(SlotKind::Metallic);
+    const Parameter rough = values(SlotKind::Roughness);
+    Parameter metal = values(SlotKind::Metallic);
+    if (!readsSlot(material_, SlotKind::Metallic)) // glass, which a metallic share would make a metal
+        metal.values.assign(metal.values.size(), 0.0f);
     Json& pbr = json_["pbrMetallicRoughness"];
     if (!rough.textured) {
         pbr["roughnessFactor"] = rough.values[0];
