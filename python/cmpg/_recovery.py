@@ -314,7 +314,8 @@ def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:
     masks = mask if isinstance(mask, Mapping) else dict.fromkeys(views, mask)
     for camera in masks:
         if camera not in views:
-            raise UsageError(f"there is a mask of {camera}, but no target", "", "name cameras as the targets do", ["target", "mask"])
+            cause = "" if isinstance(target, Mapping) else "the target is given without its camera"
+            raise UsageError(f"there is a mask of {camera}, but no target", cause, "name cameras as the targets do", ["target", "mask"])
     for camera, image in views.items():
         held = sum(known.nbytes for known in targets)
         name, moved = view_of(camera)

@@ -15,7 +15,6 @@ constexpr std::size_t kPixelsAtATime = 1 << 13;
 constexpr double kLeastRidge = 1e-3;  // of the diagonal
 constexpr double kShareWeight = 0.3;  // of the latest step in the averages of signal and noise
 constexpr double kNoiseWeight = 0.3;  // and in that of a gradient's variance
-constexpr double kSignificant = 1;    // standard errors by which a slope is one
 constexpr int kSweeps = 10000;        // of coordinate descent: for matrices of a condition of 1000
 constexpr double kSettled = 1e-6;     // of the bounds
 
@@ -218,10 +217,9 @@ std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<c
     const double share = signalShare(average);
     for (std::size_t i = 0; i < count; ++i) {
         step[i] *= share;
-        const double known = std::max(curvature.matrix[i * count + i], 0.0), sure = 1 - kSignificant * kSignificant * h[i] * h[i] / (g[i] * g[i]);
-        if (curvature.isHidden(i) && sure > 0)
-            if (const double least = sure * std::min(rate[i], std::abs(g[i]) / known); std::abs(step[i]) < least)
-                step[i] = std::clamp(g[i] > 0 ? -least : least, lowest[i], highest[i]);
+        const double known = std::max(curvature.matrix[i * count + i], 0.0), sure = 1 - h[i] * h[i] / (g[i] * g[i]);
+        if (const double least = sure * std::min(rate[i], std::abs(g[i]) / known); curvature.isHidden(i) && std::abs(step[i]) < least)
+            step[i] = std::clamp(g[i] > 0 ? -least : least, lowest[i], highest[i]);
     }
     return step;
 }

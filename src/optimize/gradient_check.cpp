@@ -177,10 +177,4 @@ CheckResult checkGradient(const CheckSubject& s) {
     return result;
 }
 
-namespace {
-
-// Of a range of comparisons, by probability.
-
-} // namespace
-
 } // namespace cmpg

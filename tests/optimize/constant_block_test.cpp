@@ -174,18 +174,27 @@ TEST(ConstantBlock, KnowsItsNoise) {
     }
 }
 
+ConstantCurvature measured(double found, double variance) {
+    ConstantCurvature curvature;
+    ConstantProducts products(1);
+    products.mean[0] = found;
+    products.variance[0] = variance;
+    curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
+    return curvature;
+}
+
+Moments momentsOfConstants() {
+    Moments moments;
+    moments.noise.resize(1);
+    return moments;
+}
+
 // Noise may make a measured diagonal negative, or all but 0. The entry takes a step then, as short as that noise asks for.
 TEST(ConstantBlock, StepsWhereNoiseHidesTheCurvature) {
     const std::vector<double> gradient{-1}, none{0}, below{-10}, bound{10}, rate{0.1};
     for (const double found : {-0.5, 0.0, 1e-6}) {
-        ConstantCurvature curvature;
-        ConstantProducts products(1);
-        products.mean[0] = found;
-        products.variance[0] = 4;
-        curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
-        Moments moments;
-        moments.noise.resize(1);
-        EXPECT_NEAR(constantStep(curvature, gradient, none, below, bound, rate, moments)[0], 0.5, 1e-3) << found;
+        Moments moments = momentsOfConstants();
+        EXPECT_NEAR(constantStep(measured(found, 4), gradient, none, below, bound, rate, moments)[0], 0.5, 1e-3) << found;
     }
 }
 
@@ -193,14 +202,8 @@ TEST(ConstantBlock, StepsWhereNoiseHidesTheCurvature) {
 TEST(ConstantBlock, GoesItsRateWhereNoiseHidesTheCurvature) {
     const std::vector<double> gradient{-1}, below{-10}, bound{10}, rate{0.1};
     const auto step = [&](double half, double found) {
-        ConstantCurvature curvature;
-        ConstantProducts products(1);
-        products.mean[0] = found;
-        products.variance[0] = 1e8;
-        curvature.add(products, std::vector<float>{0.5f}, std::vector<double>{1});
-        Moments moments;
-        moments.noise.resize(1);
-        return constantStep(curvature, gradient, std::vector<double>{half}, below, bound, rate, moments)[0];
+        Moments moments = momentsOfConstants();
+        return constantStep(measured(found, 1e8), gradient, std::vector<double>{half}, below, bound, rate, moments)[0];
     };
     EXPECT_NEAR(step(0, 0), 0.1, 1e-12);
     EXPECT_NEAR(step(0.5, -1), 0.075, 1e-12);
@@ -210,11 +213,8 @@ TEST(ConstantBlock, GoesItsRateWhereNoiseHidesTheCurvature) {
 
 // Noise averages out over steps of the same values; gradients of values far from those count less.
 TEST(ConstantBlock, CarriesTheGradientWhereNoiseHidesTheCurvature) {
-    ConstantCurvature curvature;
-    ConstantProducts products(1);
-    products.variance[0] = 4;
+    const ConstantCurvature curvature = measured(0, 4);
     const std::vector<double> range{0.1};
-    curvature.add(products, std::vector<float>{0.5f}, range);
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     constexpr int kSteps = 100;
