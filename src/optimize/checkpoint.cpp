@@ -138,6 +138,8 @@ OptimizeState getState(ByteReader& in) {
         *values = in.reals<double>();
         if (!std::all_of(values->begin(), values->end(), finite))
             throw Malformed{"the gradient of constants is not finite"};
+        if (values != &state.carried.mean && std::any_of(values->begin(), values->end(), [](double value) { return value < 0; }))
+            throw Malformed{"the variance of the gradient of constants is negative"};
     }
     state.carried.at = in.reals<float>();
     state.losses.resize(in.count(8 + 8 + 1));

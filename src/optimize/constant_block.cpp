@@ -146,7 +146,7 @@ bool ConstantCurvature::isNoisy() const {
 void CarriedGradient::advance(const ConstantCurvature& curvature, std::span<const float> values, std::span<const double> range,
                               std::span<const double> gradient, std::span<const double> half) {
     const std::size_t count = values.size();
-    const bool first = mean.size() != count || curvature.matrix.size() != count * count;
+    const bool first = mean.size() != count;
     mean.resize(count);
     variance.resize(count);
     squares.resize(count);

@@ -70,7 +70,7 @@ std::vector<double> boxMinimum(std::span<const double> matrix, std::span<const d
 
 // By how much the entries should change: to that minimum, with M the measured curvature and a ridge as large as its noise, times the share
 // of the signal in what the gradient promises, averaged over steps in `moments`. A diagonal that noise has made negative is the ridge alone. `half`: as large as the noise of the gradient, of any sign.
-// An entry whose curvature noise hides goes up to `rate` at least, the farther the surer its slope is: Adam goes as far.
+// An entry whose curvature noise hides goes up to `rate` at least, the farther the surer its slope is: Adam goes as far. 0: no farther than the rest says.
 std::vector<double> constantStep(const ConstantCurvature& curvature, std::span<const double> gradient, std::span<const double> half,
                                  std::span<const double> lowest, std::span<const double> highest, std::span<const double> rate, Moments& moments);
 
