@@ -134,8 +134,8 @@ class Renderer {
     // scalar by every pixel; the pass has its size, and PassOptions::width and height are 0 or agree.
     std::vector<std::vector<double>> backward(const Image& adjoint, const PassOptions& pass = {}, PassReport* report = nullptr);
 
-    // forward() along one direction against finite differences of render(), 16 times each, with the probability that they differ by chance
-    // (docs/numerics.md). Takes 16 derivative passes of `sppGradient` and up to 200 images of `pass.spp` (0: 16) samples per pixel.
+    // forward() along one direction against finite differences of images, whose paths are drawn at the current values: 16 times each, with the probability
+    // that they differ by chance (docs/numerics.md). Takes 16 derivative passes of `sppGradient` and up to 200 images of `pass.spp` (0: 16) samples per pixel.
     CheckResult check(const Direction& direction, const PassOptions& pass = {}, std::uint32_t sppGradient = 0, PassReport* report = nullptr);
 
     // Makes kernels and buffers for passes of these kinds and options, so that none has to: else the first pass does.

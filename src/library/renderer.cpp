@@ -286,23 +286,17 @@ CheckResult Renderer::check(const Direction& direction, const PassOptions& pass,
                           seconds += watch.seconds();
                           return image;
                       };
-                      subject.render = [&](std::uint32_t repetition, std::span<const float> values) {
+                      const std::unique_ptr<cmpg::Renderer> differing = s.makeDiffering();
+                      subject.difference = [&](std::uint32_t repetition, std::span<const float> moved) {
                           const Stopwatch watch;
-                          s.renderer->setParameter(index, values);
-                          Image image = s.renderer->render(view, spp, {.seed = pass.seed, .step = repetition});
-                          s.renderer->setParameter(index, subject.values);
+                          differing->setSecondValues(index, moved);
+                          ImageDifference both = differing->renderDifference(view, spp, {.seed = pass.seed, .step = repetition});
                           s.told.imageSeconds += watch.seconds();
-                          return image;
+                          return both;
                       };
-                      try {
-                          CheckResult result = checkGradient(subject);
-                          s.told.seconds = seconds;
-                          return result;
-                      } catch (...) {
-                          s.drop(); // its values may be those of a difference
-                          s.scene.parameters[index].values = subject.values;
-                          throw;
-                      }
+                      CheckResult result = checkGradient(subject);
+                      s.told.seconds = seconds;
+                      return result;
                   });
 }
 

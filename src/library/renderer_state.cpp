@@ -128,6 +128,12 @@ void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
     make(needs, paths.roulette && mode == Mode::Reverse, mode == Mode::Render ? nullptr : &parameters); // an image needs no derivatives
 }
 
+std::unique_ptr<cmpg::Renderer> Renderer::State::makeDiffering() {
+    auto differing = std::make_unique<cmpg::Renderer>(device->device, scene, configOf({.differences = true}));
+    differing->setInteraction(interaction());
+    return differing;
+}
+
 Footprint Renderer::State::footprint(std::span<const PassKind> kinds, bool learn) const {
     const bool reverse = std::find(kinds.begin(), kinds.end(), PassKind::Backward) != kinds.end();
     const Room needs = needsOf(reverse ? Mode::Reverse : Mode::Render, learn);

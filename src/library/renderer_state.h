@@ -54,6 +54,8 @@ struct Renderer::State {
     // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
     void ensure(Mode mode, bool learn, bool anew = true);
     void drawAnew(bool kept); // by the options as they are; with the guide as it is, or with one that has learned nothing
+    // Another renderer of the scene as it is now, for Mode::Difference. It follows no values.
+    std::unique_ptr<cmpg::Renderer> makeDiffering();
     Footprint footprint(std::span<const PassKind> kinds, bool learn) const;
     void abandon();           // what a pass recorded and measured before it was ended
     void follow();            // takes over what has changed in the source

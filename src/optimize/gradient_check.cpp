@@ -1,4 +1,4 @@
-// Forward gradients against finite differences of independent renders, with what the comparison could have seen.
+// Forward gradients against finite differences of images, with what the comparison could have seen.
 #include "optimize/gradient_check.h"
 
 #include "base/student_t.h"
@@ -151,13 +151,16 @@ CheckResult checkGradient(const CheckSubject& s) {
         std::vector<double> difference(forward.back().size());
         for (const Part& part : parts)
             for (const StencilPoint& p : *part.stencil) {
+                if (p.offset == 0)
+                    continue; // weights add up to 0, so the image itself falls out
                 std::vector<float> moved = s.values;
                 for (std::size_t i = 0; i < moved.size(); ++i)
                     moved[i] = float(moved[i] + p.offset * result.step * part.direction[i]);
-                const std::vector<double> means = summarise(s.render(r, moved));
+                const ImageDifference both = s.difference(r, moved);
+                const std::vector<double> means = summarise(both.difference);
                 for (std::size_t i = 0; i < means.size(); ++i)
-                    difference[i] += p.weight / result.step * means[i];
-                brightness = means;
+                    difference[i] -= p.weight / result.step * means[i];
+                brightness = summarise(both.image);
             }
         finite.push_back(std::move(difference));
     }

@@ -38,8 +38,9 @@ struct Model {
             return noisy(1000 + r,
                          [&](int x) { return derivative(a, b, direction[0], direction[1], x) * (x < wrongBelow ? 1 + wrong : 1); });
         };
-        s.render = [this](std::uint32_t r, std::span<const float> v) {
-            return noisy(2000 + r, [&](int x) { return value(v[0], v[1], x); });
+        s.difference = [=, this](std::uint32_t r, std::span<const float> v) {
+            return ImageDifference{noisy(2000 + r, [&](int x) { return value(a, b, x); }),
+                                   noisy(2000 + r, [&](int x) { return value(a, b, x) - value(v[0], v[1], x); })};
         };
         return s;
     }
@@ -68,8 +69,8 @@ TEST(GradientCheck, NeverLeavesTheRange) {
     const Model m = model();
     for (const float value : {0.f, 0.004f, 0.5f, 0.995f, 1.f}) {
         CheckSubject s = m.subject(value, 1 - value, {1, -2});
-        const auto inner = s.render;
-        s.render = [&](std::uint32_t r, std::span<const float> v) {
+        const auto inner = s.difference;
+        s.difference = [&](std::uint32_t r, std::span<const float> v) {
             for (const float x : v)
                 EXPECT_TRUE(x >= 0 && x <= 1) << x;
             return inner(r, v);
@@ -119,9 +120,9 @@ TEST(GradientCheck, RarelyRaisesFalseAlarms) {
     for (std::uint32_t seed = 0; seed < 40; ++seed) {
         CheckSubject s = m.subject(0.5f, 0.5f, {1, 1});
         const auto forward = s.forward;
-        const auto render = s.render;
+        const auto difference = s.difference;
         s.forward = [&](std::uint32_t r) { return forward(r + 10000 * seed); };
-        s.render = [&](std::uint32_t r, std::span<const float> v) { return render(r + 10000 * seed, v); };
+        s.difference = [&](std::uint32_t r, std::span<const float> v) { return difference(r + 10000 * seed, v); };
         const CheckResult result = checkGradient(s);
         EXPECT_TRUE(result.agrees()) << seed << " " << result.comparisons[0].z();
     }
