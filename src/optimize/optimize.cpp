@@ -237,7 +237,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     report.dropped += loss.nonFinite;
     if (const double most = tolerance_[view]; most > 0) {
         constexpr double kLeast = 1e-4; // of the most: targets without any noise
-        const double expected = isSquared(config_.loss) ? expectedLoss(config_.loss, image, target, shares_[view], most) : most;
+        const double expected = expectedLoss(config_.loss, image, target, shares_[view], most);
         information_ += loss.values / std::clamp(expected, kLeast * most, most) / viewShare_; // of all views
     }
     report.samples += image.paths;

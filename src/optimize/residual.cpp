@@ -51,9 +51,11 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
 }
 
 double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
-    constexpr double kLargest = 1000; // times what is tolerated: three times the target's mean
-    const std::optional<Residual> found = residual(loss, image, target, shares, kLargest * tolerated);
-    return found ? 2 * (found->whole - std::min(0.0, found->beyond)) : std::numeric_limits<double>::infinity();
+    const double largest = isSquared(loss) ? 1000 : 30; // times what is tolerated: three times the target's mean
+    const std::optional<Residual> found = residual(loss, image, target, shares, largest * tolerated);
+    if (!found)
+        return std::numeric_limits<double>::infinity();
+    return isSquared(loss) ? 2 * (found->whole - std::min(0.0, found->beyond)) : found->whole;
 }
 
 } // namespace cmpg

@@ -17,10 +17,10 @@ namespace cmpg {
 // make that large, and all that the lamp lights would be trusted little.
 double toleratedLoss(Loss loss, const Target& target);
 
-// A squared loss where an image answers to the parameters.
+// The loss where an image answers to the parameters.
 struct Residual {
     double whole = 0;  // of the image as it is
-    double beyond = 0; // without the image's noise, in expectation: the target's noise, and values that are still on their way
+    double beyond = 0; // of a squared loss without the image's noise, in expectation: the target's noise, and values that are still on their way
 };
 
 // `shares`: by pixel, how strongly it answers (OptimizeState::pixelShares), or empty for all alike. Pixels whose error is larger than `most` weigh less, by as
@@ -28,8 +28,9 @@ struct Residual {
 std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
                                  double most = std::numeric_limits<double>::infinity());
 
-// As likely as the errors of an image are, by a squared loss: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
-// the first. Twice the mean square: exp(-n loss / expected) is a normal distribution then. An error of a pixel far above `tolerated` tells little: it is the edge
+// As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
+// the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.
+// An error of a pixel far above `tolerated` tells little: it is the edge
 // of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. Infinite where no pixel answers.
 double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated);
 

@@ -55,5 +55,19 @@ TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
     EXPECT_LT(expected, tolerated);
 }
 
+// The scale of a Laplace distribution is its mean distance, that of a normal one the root of its mean square.
+TEST(Residual, ALinearLossExpectsTheMeanDistance) {
+    const Target target = grey(64, 64, 0.2f);
+    const Image image(64, 64, 3, 0.21f);
+    for (const auto& [loss, expected] : {std::pair{Loss::L1, 0.01}, {Loss::Smape, 0.01 / (0.41 + kLossEpsilon)}}) {
+        const double tolerated = toleratedLoss(loss, target);
+        EXPECT_NEAR(expectedLoss(loss, both(image), target, {}, tolerated), expected, 1e-4 * expected);
+        EXPECT_LT(expected, tolerated);
+        Image bright = image;
+        bright.at(7, 5)[1] = 100;
+        EXPECT_LT(expectedLoss(loss, both(bright), target, {}, tolerated), 1.02 * expected) << "one pixel met a lamp by chance";
+    }
+}
+
 } // namespace
 } // namespace cmpg
