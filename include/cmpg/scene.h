@@ -50,7 +50,7 @@ struct ParameterInfo {
     int height = 1, width = 1, channels = 3;
     float lowest = 0, highest = 1; // range of the values; `highest` may be infinite
 
-    bool textured = false; // the file has an image for it; else a constant
+    bool textured = false; // the file has an image for it, or resize() made one; else a constant
 
     std::size_t entries() const { return std::size_t(height) * std::size_t(width) * std::size_t(channels); }
 };
@@ -92,6 +92,11 @@ class Scene {
     std::vector<float> values(const std::string& name) const; // entries() of them
     // `values`: entries() of them, or one per channel, or one for all. Error(Usage) on another number of values, or values out of range.
     void set(const std::string& name, std::span<const float> values);
+
+    // Gives a parameter a texture of this size, from 1 to 16384 texels along each edge: of a constant, or resampled, so that the surface looks the same as far as
+    // texels allow. Error(Usage) where there is no place for one: meshes without texture coordinates, normals without a normal map, anisotropy, an
+    // environment of one colour.
+    void resize(const std::string& name, int width, int height);
 
     // Writes the scene in the format of its file, as `folder`/scene.gltf or scene.xml, with the values that set() or a recovery changed (textures as 8-bit PNG), and
     // the exact ones as `folder`/parameters/<name>.exr. Returns the scene's file. Error(Output) where that fails.

@@ -73,11 +73,14 @@ class Parameter:
         self.name: str = info.name
         #: "baseColor", "roughness", "metallic", "specular", "emission", "normal", "clearcoat", "clearcoatRoughness", "anisotropy", "sheenRoughness", "sheenColor", "weight" or "radiance"
         self.slot: str = info.slot
-        #: (height, width, channels)
-        self.shape: tuple[int, int, int] = info.shape
         self.lowest: float = info.lowest
         #: may be infinite
         self.highest: float = info.highest
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(height, width, channels)"""
+        return self._scene._handle.parameter(self.name).shape
 
     @property
     def values(self) -> Image:
@@ -92,7 +95,8 @@ class Parameter:
     def values(self, values: npt.ArrayLike) -> None:
         array = floats(values)
         if array.ndim > 1 and array.shape != self.shape:
-            raise UsageError(f"{self.name} has the shape {self.shape}, not {array.shape}", "", "give that shape, one value per channel, or a number")
+            raise UsageError(f"{self.name} has the shape {self.shape}, not {array.shape}", "",
+                             "give that shape, one value per channel, or a number; Scene.resize changes it")
         self._scene._handle.set(self.name, array)
         self._scene._note([self.name])
 
@@ -284,6 +288,20 @@ class Scene:
 
     def __setitem__(self, name: str, values: npt.ArrayLike) -> None:
         self[name].values = values
+
+    def resize(self, name: str, width: int, height: int) -> None:
+        """Gives a parameter a texture of this size: of a constant, or resampled. The surface looks the same as far as texels allow.
+
+        Args:
+            name: the parameter.
+            width, height: texels along each edge, from 1 to 16384.
+
+        Raises:
+            UsageError: there is no place for a texture: meshes without texture coordinates, normals without a normal map, anisotropy, an environment of
+                one colour.
+        """
+        self._handle.resize(name, width, height)
+        self._note([name])
 
     def export(self, folder: Path) -> None:
         """Writes folder/scene.gltf with the values that were set (textures as 8-bit PNG), and the exact ones as folder/parameters/<name>.exr.

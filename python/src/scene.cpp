@@ -116,5 +116,6 @@ void bindScene(nb::module_& m) {
         .def("set", [](cmpg::Scene& self, const std::string& name, const Floats& values) {
             released([&] { self.set(name, std::span(values.data(), values.size())); });
         }, "name"_a, "values"_a)
+        .def("resize", [](cmpg::Scene& self, const std::string& name, int width, int height) { released([&] { self.resize(name, width, height); }); }, "name"_a, "width"_a, "height"_a)
         .def("export", [](const cmpg::Scene& scene, const std::filesystem::path& folder) { scene.exportTo(folder); }, "folder"_a, nb::call_guard<nb::gil_scoped_release>());
 }

@@ -202,10 +202,11 @@ void Renderer::State::follow() {
         if (!digests_.empty())
             digests_[1 + p] = digestOf(source->scene.parameters[p]);
         const bool differentiable = std::find(parameters.begin(), parameters.end(), p) != parameters.end();
-        if (renderer && differentiable) {
-            renderer->setParameter(p, source->scene.parameters[p].values);
+        const cmpg::Parameter &now = source->scene.parameters[p], &before = scene.parameters[p];
+        if (renderer && differentiable && now.width == before.width && now.height == before.height) {
+            renderer->setParameter(p, now.values);
         } else {
-            drop(); // kernels are made for the values of the others
+            drop(); // kernels are made for the values of the others, buffers for its size
             scene.parameters[p] = source->scene.parameters[p];
         }
     }

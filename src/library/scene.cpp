@@ -3,6 +3,7 @@
 #include "library/states.h"
 #include "scene/camera_ray.h"
 #include "scene/image_size.h"
+#include "scene/parameter_size.h"
 #include "scene/parameter_values.h"
 #include "scene/pixel_filter.h"
 #include "scene/scene_file.h"
@@ -156,6 +157,15 @@ void Scene::set(const std::string& name, std::span<const float> values) {
                         std::to_string(parameter.channels),
                     "give as many, one per channel, or one");
     setValues(parameter, all ? std::vector<float>(values.begin(), values.end()) : filled(parameter, values));
+    ++state_->revisions[index];
+}
+
+void Scene::resize(const std::string& name, int width, int height) {
+    const std::lock_guard lock(state_->mutex);
+    const std::uint32_t index = state_->scene.parameter(name);
+    require(width >= 1 && width <= int(kMostTexels), "width", "from 1 to 16384");
+    require(height >= 1 && height <= int(kMostTexels), "height", "from 1 to 16384");
+    cmpg::resize(state_->scene, index, std::uint32_t(width), std::uint32_t(height));
     ++state_->revisions[index];
 }
 

@@ -143,6 +143,7 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
         other.input = r.scene->string();
         other.camera.clear();
         other.param.clear();
+        other.texture.clear();
         other.set.clear();
         other.target.clear();
         other.width.reset();

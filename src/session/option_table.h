@@ -76,6 +76,8 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"height", "N", "from the camera's aspect ratio", "Height of the image in pixels", Contents}, o.height);
         v({"camera", "NAME", "the first", "Camera of the scene", Contents}, o.camera);
         v({"max-depth", "N", "the scene's, else 8", "Segments of a path; 1 = only lights seen directly"}, o.maxDepth);
+        v({"texture", "P=WxH", "",
+           "Give a parameter a texture of this size, before --set: a constant becomes one, a texture is resampled. P may be a glob. Repeats", Contents}, o.texture);
         v({"set", "P=VALUE|FILE", "", "Give a parameter a value: P=0.5, P=r,g,b (fills every entry) or P=FILE (of its own size). P may be a glob. Repeats", Contents}, o.set);
         v({"environment", "FILE", "", "Latitude-longitude picture of the surroundings, in place of the scene's own, or of none", Contents}, o.environment);
         v({"environment-rotation", "DEGREES", "0", "Turn that picture about +Y, counter-clockwise seen from above", Contents}, o.environmentRotation);

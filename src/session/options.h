@@ -35,7 +35,8 @@ struct Options {
     std::string device;           // empty: the best
     std::uint64_t memory = 1024;  // MiB
     bool allFeatures = false;     // same results
-    std::vector<std::string> set; // "P=VALUE" or "P=FILE"
+    std::vector<std::string> texture; // "P=WxH"
+    std::vector<std::string> set;     // "P=VALUE" or "P=FILE"
     std::string environment;      // a picture in place of the scene's own surroundings
     std::optional<float> environmentRotation; // degrees about +y
     std::vector<std::string> define;          // "NAME=VALUE", variables of the scene

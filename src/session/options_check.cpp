@@ -7,6 +7,7 @@
 #include "scene/file_io.h"
 #include "scene/scene_file.h"
 #include "session/library_options.h"
+#include "session/parameter_values.h"
 #include "session/refuse.h"
 
 #include <cstdio>
@@ -190,6 +191,8 @@ void validate(const Options& o) {
     for (const std::string& s : o.set)
         if (s.find('=') == std::string::npos || s.front() == '=')
             refuse("--set takes P=VALUE or P=FILE, not '" + s + "'");
+    for (const std::string& t : o.texture)
+        parseTexture(t); // throws
     for (const std::string& d : o.define)
         if (d.find('=') == std::string::npos || d.front() == '=')
             refuse("--define takes NAME=VALUE, not '" + d + "'");

@@ -1,11 +1,13 @@
-// Values users give for parameters: --set, --direction, adjoints.
+// Values users give for parameters: --texture, --set, --direction, adjoints.
 #include "session/parameter_values.h"
 
 #include "base/error.h"
 #include "base/log.h"
+#include "scene/parameter_size.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <optional>
 
@@ -40,7 +42,7 @@ std::vector<float> readEntries(const Parameter& parameter, const std::string& fi
         throw Error(ErrorKind::Input,
                     "'" + file + "' is " + sizeText(image.width, image.height) + ", but " + parameter.name + " has " +
                         sizeText(parameter.width, parameter.height) + " entries",
-                    "the image was made for another parameter", "give an image of the parameter's own size, or a number");
+                    "the image was made for another parameter", "give an image of the parameter's own size, or a number, or give the parameter that size (--texture)");
     std::vector<float> values(parameter.entries());
     for (std::size_t p = 0; p < image.pixels(); ++p)
         for (std::uint32_t c = 0; c < parameter.channels; ++c)
@@ -52,6 +54,24 @@ std::vector<float> readEntries(const Parameter& parameter, const std::string& fi
 }
 
 } // namespace
+
+TextureAssignment parseTexture(const std::string& assignment) {
+    const std::size_t equals = assignment.find('=');
+    unsigned width = 0, height = 0;
+    int length = -1;
+    const std::string size = equals == std::string::npos ? "" : assignment.substr(equals + 1);
+    if (std::sscanf(size.c_str(), "%5ux%5u%n", &width, &height, &length) != 2)
+        length = -1;
+    if (equals == 0 || length != int(size.size()) || width < 1 || height < 1 || width > kMostTexels || height > kMostTexels)
+        throw Error(ErrorKind::Usage, "--texture takes P=WxH, not '" + assignment + "'", "", "give from 1 to " + std::to_string(kMostTexels) + " texels along each edge, such as P=64x64");
+    return {assignment.substr(0, equals), width, height};
+}
+
+void applyTexture(Scene& scene, const std::string& assignment) {
+    const TextureAssignment wanted = parseTexture(assignment);
+    for (const std::uint32_t index : scene.select(wanted.name))
+        resize(scene, index, wanted.width, wanted.height);
+}
 
 void applySet(Scene& scene, const std::string& assignment) {
     const std::size_t equals = assignment.find('=');

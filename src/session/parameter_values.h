@@ -1,4 +1,4 @@
-// Values users give for parameters: --set, --direction, adjoints.
+// Values users give for parameters: --texture, --set, --direction, adjoints.
 #pragma once
 
 #include "scene/image.h"
@@ -9,6 +9,14 @@
 #include <vector>
 
 namespace cmpg {
+
+struct TextureAssignment {
+    std::string name; // or glob
+    std::uint32_t width, height;
+};
+// Of "P=WxH". Error(Usage) on other text.
+TextureAssignment parseTexture(const std::string& assignment);
+void applyTexture(Scene& scene, const std::string& assignment); // resize()
 
 // Applies "P=VALUE|FILE" (P a name or glob) to the scene. A number or r,g,b fills every entry; a file must have the parameter's own
 // size. Error(Usage) on text that means nothing, unknown parameters and values out of range; Error(Input) on files.

@@ -28,6 +28,8 @@ v1::Scene load(const Options& options, bool setValues) {
     if (!options.filter.empty())
         given.filter = v1::ReconstructionFilter::parse(options.filter);
     v1::Scene scene = v1::Scene::load(options.input, given);
+    for (const std::string& assignment : options.texture)
+        applyTexture(scene.state()->scene, assignment);
     if (!setValues)
         return scene;
     for (const std::string& warning : scene.warnings())

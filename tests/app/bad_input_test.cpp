@@ -115,6 +115,8 @@ TEST_F(BadInput, Usage) {
         {{"render", kBox, "-o", out, "--set", param + "=-1"}, 2, "range"},
         {{"render", kBox, "-o", out, "--set", param + "=nan"}, 2, "range"},
         {{"render", kBox, "-o", out, "--set", param + "="}, 2, "--set"},
+        {{"render", kBox, "-o", out, "--texture", "painting.normal=4x4"}, 2, "normal map"},
+        {{"render", kBox, "-o", out, "--texture", param + "=4x4", "--set", param + "=" + good}, 3, "4x4"},
         {{"gradient", kBox, "-o", out}, 2, "--param"},
         {{"gradient", kBox, "-o", out, "--param", "white.color"}, 2, "white.color"},
         {{"gradient", kBox, "-o", out, "--param", param, "--adjoint", good, "--target", good}, 2, "--adjoint"},

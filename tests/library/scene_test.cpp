@@ -30,6 +30,31 @@ TEST(LibraryScene, ValuesAreRangesAndShapesOfTheFile) {
     EXPECT_EQ(scene.values(kPainting)[4], 0.2f);
 }
 
+TEST(LibraryScene, TexturesTakeOtherSizes) {
+    Scene scene = Scene::load(kBox);
+    Renderer renderer(device(), scene, {.paths = {.maxDepth = 2}, .parameters = {kPainting}});
+    const PassOptions pass{.width = 16, .spp = 2};
+    const Image sharp = renderer.render(pass);
+    scene.resize(kPainting, 4, 2);
+    EXPECT_EQ(scene.parameter(kPainting).width, 4);
+    EXPECT_EQ(scene.parameter(kPainting).height, 2);
+    EXPECT_EQ(scene.values(kPainting).size(), 24u);
+    const Image coarse = renderer.render(pass); // which was not told of it
+    EXPECT_NE(coarse.values, sharp.values);
+    EXPECT_EQ(coarse.values, Renderer(device(), scene.copy(), {.paths = {.maxDepth = 2}}).render(pass).values);
+    EXPECT_EQ(renderer.backward(coarse, {.spp = 2})[0].size(), 24u);
+    scene.resize("painting.roughness", 4, 4); // a constant, and no parameter of the renderer: what it looks like stays
+    const Image same = renderer.render(pass);
+    for (std::size_t i = 0; i < same.values.size(); ++i)
+        ASSERT_NEAR(same.values[i], coarse.values[i], 1e-5f * (1 + coarse.values[i])) << i;
+
+    EXPECT_EQ(errorOf([&] { scene.resize(kPainting, 0, 4); }).options, std::vector<std::string>{"width"});
+    EXPECT_EQ(errorOf([&] { scene.resize(kPainting, 4, 99999); }).options, std::vector<std::string>{"height"});
+    const Error refused = errorOf([&] { scene.resize("painting.normal", 4, 4); });
+    EXPECT_EQ(refused.kind, ErrorKind::Usage);
+    EXPECT_FALSE(refused.remedy.empty());
+}
+
 TEST(LibraryScene, ErrorsCarryKindCauseAndRemedy) {
     Scene scene = Scene::load(kBox);
     const Error unknown = errorOf([&] { scene.values("paintin.baseColor"); });

@@ -31,6 +31,20 @@ def test_values_are_copies(scene):
     assert scene[PAINTING].values.max() > 0
 
 
+def test_textures_take_other_sizes(scene):
+    parameter = scene[PAINTING]
+    renderer = cmpg.Renderer(scene, PAINTING)
+    sharp = renderer.render(width=16, spp=2)
+    scene.resize(PAINTING, width=4, height=2)
+    assert parameter.shape == scene.parameters[PAINTING].shape == (2, 4, 3)
+    assert not np.array_equal(renderer.render(width=16, spp=2), sharp)
+    scene[PAINTING] = np.full((2, 4, 3), 0.25, np.float32)
+    with pytest.raises(cmpg.UsageError, match="resize"):
+        scene[PAINTING] = np.zeros((64, 64, 3), np.float32)
+    with pytest.raises(cmpg.UsageError, match="normal map"):
+        scene.resize("painting.normal", 4, 4)
+
+
 def test_describes_its_parameters(scene):
     parameter = scene.parameters[PAINTING]
     assert (parameter.slot, parameter.shape, parameter.lowest, parameter.highest) == ("baseColor", (64, 64, 3), 0, 1)

@@ -56,7 +56,7 @@ void change(Parameter& p) {
 float tolerance(const Parameter& p, float value, float largest) {
     if (!p.textured || p.kind == SlotKind::Radiance) return 1e-6f * largest;
     if (p.kind == SlotKind::Normal) return 1.01f / 255;
-    if (p.kind != SlotKind::BaseColor && p.kind != SlotKind::SheenColor && p.kind != SlotKind::Emission) return 0.505f / 255;
+    if (p.channels == 1) return 0.505f / 255;
     const float code = srgbEncode(value / largest), half = 0.505f / 255;
     return largest * (srgbDecode(std::min(code + half, 1.0f + half)) - srgbDecode(std::max(code - half, 0.0f)));
 }
@@ -162,6 +162,23 @@ TEST(GltfExport, GlassLoadsBack) {
     const TempFolder again;
     exportScene(s, {metallic}, again.path());
     EXPECT_EQ(loadScene(again / "scene.gltf").materials[1].model, SurfaceModel::Dielectric);
+}
+
+TEST(GltfExport, TexturesOfWhatGlassReflectsLoadBack) {
+    Fixture f;
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.4}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}, {"KHR_materials_volume", {{"thicknessFactor", 1}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    const std::uint32_t specular = s.parameter("plain.specular");
+    Parameter& p = s.parameters[specular];
+    p.width = 2;
+    p.height = 1;
+    p.textured = true;
+    p.values = {1, 0.5f, 0.25f, 0, 0.75f, 0.125f};
+    const TempFolder out;
+    exportScene(s, {specular}, out.path());
+    expectSame(s, loadScene(out / "scene.gltf"));
 }
 
 TEST(GltfExport, PartialTransmissionLoadsBack) {

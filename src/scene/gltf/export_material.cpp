@@ -3,6 +3,7 @@
 #include "scene/gltf/export.h"
 #include "scene/gltf/lobe_slots.h"
 #include "scene/image_decode.h"
+#include "scene/resample.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +40,7 @@ class MaterialExporter {
     void setTexture(Json& holder, const char* key, const std::string& name, const Parameter& size, const Bytes& pixels, int channels);
     std::uint32_t imageOf(const Json& info) const { return root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>(); }
     void keepDirections(const Json& info, Bytes& pixels);
-    std::vector<std::uint8_t> originalAlpha(const Json& info, const Parameter& p);
+    std::vector<std::uint8_t> originalAlpha(const Json& holder, const char* key, const Parameter& p);
 
     Json& root_;
     Json& json_;
@@ -71,16 +72,19 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
     info["index"] = root_["textures"].size() - 1;
 }
 
-// Alpha codes of the texture `info` names, or none if it has no alpha.
-std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& info, const Parameter& p) {
-    const RawImage raw = decodeImage(source_.imageBytes(imageOf(info)), source_.name());
-    if (!raw.hasAlpha() || raw.width != p.width || raw.height != p.height) return {};
-    std::vector<std::uint8_t> alpha(raw.pixels());
+// Alpha codes of the texture that `holder` has under `key`, of the parameter's size, or none if there is none with alpha.
+std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& holder, const char* key, const Parameter& p) {
+    if (!holder.contains(key)) return {}; // a constant that became a texture
+    const RawImage raw = decodeImage(source_.imageBytes(imageOf(holder[key])), source_.name());
+    if (!raw.hasAlpha()) return {};
+    std::vector<float> alpha(raw.pixels());
     for (std::size_t i = 0; i < alpha.size(); ++i) {
         const std::size_t from = i * raw.channels + raw.channel(3);
-        alpha[i] = raw.bytes.empty() ? code(raw.values[from]) : raw.bytes[from];
+        alpha[i] = raw.bytes.empty() ? raw.values[from] : float(raw.bytes[from]) / 255.0f;
     }
-    return alpha;
+    std::vector<std::uint8_t> codes;
+    for (const float value : resampled(alpha, 1, {raw.width, raw.height}, {p.width, p.height}, p.wrapU, p.wrapV)) codes.push_back(code(value));
+    return codes;
 }
 
 // Puts red and green of the texture that `info` names into those of RGB pixels.
@@ -101,7 +105,7 @@ void MaterialExporter::baseColor() {
         pbr["baseColorFactor"] = {p.values[0], p.values[1], p.values[2], alphaFactor};
         return;
     }
-    const std::vector<std::uint8_t> alpha = originalAlpha(pbr["baseColorTexture"], p);
+    const std::vector<std::uint8_t> alpha = originalAlpha(pbr, "baseColorTexture", p);
     Bytes pixels;
     for (std::size_t i = 0; i < std::size_t(p.width) * p.height; ++i) {
         for (std::size_t c = 0; c < 3; ++c) pixels.push_back(srgbCode(p.values[i * 3 + c]));
@@ -112,15 +116,21 @@ void MaterialExporter::baseColor() {
 }
 
 void MaterialExporter::metallicRoughness() {
-    const Parameter rough = values(SlotKind::Roughness);
+    Parameter rough = values(SlotKind::Roughness);
     Parameter metal = values(SlotKind::Metallic);
     if (!readsSlot(material_, SlotKind::Metallic)) // glass, which a metallic share would make a metal
         metal.values.assign(metal.values.size(), 0.0f);
     Json& pbr = json_["pbrMetallicRoughness"];
-    if (!rough.textured) {
+    if (!rough.textured && !metal.textured) {
         pbr["roughnessFactor"] = rough.values[0];
         pbr["metallicFactor"] = metal.values[0];
         return;
+    }
+    const glm::uvec2 size(std::max(rough.width, metal.width), std::max(rough.height, metal.height)); // one image has both
+    for (Parameter* p : {&rough, &metal}) {
+        p->values = resampled(p->values, 1, {p->width, p->height}, size, p->wrapU, p->wrapV);
+        p->width = size.x;
+        p->height = size.y;
     }
     Bytes pixels; // red is free: occlusion, which may share the original image, keeps using that
     for (std::size_t i = 0; i < rough.values.size(); ++i) pixels.insert(pixels.end(), {255, code(rough.values[i]), code(metal.values[i])});
@@ -133,7 +143,11 @@ void MaterialExporter::specular() {
     Json& json = extension("KHR_materials_specular");
     if (p.channels == 3) { // what a dielectric reflects
         json["specularFactor"] = 1;
-        json["specularColorFactor"] = {p.values[0], p.values[1], p.values[2]};
+        json["specularColorFactor"] = p.textured ? Json({1, 1, 1}) : Json({p.values[0], p.values[1], p.values[2]});
+        if (!p.textured) return;
+        Bytes pixels;
+        for (const float v : p.values) pixels.push_back(srgbCode(v));
+        setTexture(json, "specularColorTexture", p.name, p, pixels, 3);
         return;
     }
     json["specularFactor"] = p.textured ? 1.0f : p.values[0];
@@ -210,8 +224,9 @@ void MaterialExporter::lobeColour(const GltfLobeSlot& slot, Json& json, const Pa
 void MaterialExporter::transmission() {
     const GltfLobeSlot slot{SlotKind::Weight, "KHR_materials_transmission", "transmissionFactor", "transmissionTexture", 0, 0};
     Json& json = extension(slot.extension);
-    if (values(SlotKind::Weight).textured && !json.contains(slot.texture))
-        json[slot.texture] = json_["pbrMetallicRoughness"]["metallicRoughnessTexture"];
+    const Json& pbr = json_["pbrMetallicRoughness"];
+    if (values(SlotKind::Weight).textured && !json.contains(slot.texture) && pbr.contains("metallicRoughnessTexture"))
+        json[slot.texture] = pbr["metallicRoughnessTexture"];
     lobe(slot);
 }
 

@@ -214,7 +214,9 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
         fill(load_.addSlot(material, SlotKind::Specular, 1, glm::vec3(specularFactor)), member(specular, "specularTexture"),
              {.channels = {3}, .scale = glm::vec3(specularFactor)});
     } else {
-        load_.addSlot(material, SlotKind::Specular, 3, specularFactor * material.specularColor);
+        const glm::vec3 reflected = specularFactor * material.specularColor;
+        fill(load_.addSlot(material, SlotKind::Specular, 3, reflected), member(specular, "specularColorTexture"),
+             {.srgb = true, .scale = glm::clamp(reflected, 0.0f, 1.0f)});
         if (specular.Has("specularTexture")) load_.ignored.insert("specularTexture of " + material.name);
         makeGlass(material);
     }
@@ -239,7 +241,7 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
         load_.warn(material.name + ": index of refraction " + std::to_string(material.ior) + " is below 1 and counts as 1");
         material.ior = 1;
     }
-    if (specular.Has("specularColorTexture")) load_.ignored.insert("specularColorTexture of " + material.name);
+    if (specular.Has("specularColorTexture") && material.model == SurfaceModel::MetallicRoughness) load_.ignored.insert("specularColorTexture of " + material.name);
     if (source.occlusionTexture.index >= 0) load_.ignored.insert("occlusion textures");
 
     material.coverage = source.alphaMode == "BLEND";
