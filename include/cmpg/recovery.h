@@ -33,6 +33,10 @@ struct Target {
     static Target load(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
     // The same, but its values stay in the file: it has the image's size, and `read`.
     static Target stream(const std::filesystem::path& file, const std::string& camera = {}, const std::filesystem::path& mask = {}, float exposure = 0);
+
+    // This target with fewer pixels, width x height; of an edge that is 0, as many as keep its shape. Pixels are means of what they cover, by the mask's weights; one
+    // that covers a clipped value is a lower bound. What is streamed stays so. Error(Input) where the target has fewer pixels than that, or another shape.
+    Target averaged(int width, int height = 0) const;
 };
 
 struct ImageLoss {

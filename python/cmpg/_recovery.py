@@ -57,6 +57,7 @@ class Recovery(Iterator[RecoveryStep]):
         mask: weights in [0, 1] of the targets' pixels, (height, width), or for targets that are files the file of an image; or several, by the camera
             as the targets are: others have none.
         target_exposure: targets are multiplied by 2^target_exposure.
+        width, height: targets are averaged to so many pixels; 0: as many as they have, or as keep their shape.
         The others as in Renderer.
 
     Raises:
@@ -68,7 +69,7 @@ class Recovery(Iterator[RecoveryStep]):
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
-                 error_target: float = 0, mask: Masks | None = None, target_exposure: float = 0, max_depth: int = 0, sampling: str = "auto",
+                 error_target: float = 0, mask: Masks | None = None, target_exposure: float = 0, width: int = 0, height: int = 0, max_depth: int = 0, sampling: str = "auto",
                  pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
                  guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
                  keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
@@ -76,14 +77,14 @@ class Recovery(Iterator[RecoveryStep]):
         options = _options(steps, spp, spp_gradient, spp_difference, seed, loss, optimizer, rate, schedule, final_rate, prior, total_variation, views_per_step,
                            warm_up, freeze, error_target)
         self._shared: Scene | None = None
-        self._handle = _cmpg.Recovery((device or scene.device)._handle, scene._handle, targets_of(target, mask, target_exposure), names_of(param), paths, options)
+        self._handle = _cmpg.Recovery((device or scene.device)._handle, scene._handle, targets_of(target, mask, target_exposure, width, height), names_of(param), paths, options)
         self._infos = {info.name: info for info in self._handle.parameters()}
 
     @classmethod
     def of(cls, renderer: Renderer, target: Targets, *, steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0,
            loss: str = "mse", optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
            prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0, error_target: float = 0,
-           mask: Masks | None = None, target_exposure: float = 0, progress: RecoveryProgress | None = None) -> Recovery:
+           mask: Masks | None = None, target_exposure: float = 0, width: int = 0, height: int = 0, progress: RecoveryProgress | None = None) -> Recovery:
         """A recovery of a renderer that was made with `recoveries`, and goes on being usable.
 
         It recovers the renderer's parameters, from the current values of its scene on. Each step takes over what was set in the scene since, and puts its own
@@ -105,7 +106,7 @@ class Recovery(Iterator[RecoveryStep]):
                            warm_up, freeze, error_target)
         recovery = cls.__new__(cls)
         recovery._shared = renderer._scene
-        recovery._handle = _cmpg.Recovery(renderer._handle, targets_of(target, mask, target_exposure), options, progress)
+        recovery._handle = _cmpg.Recovery(renderer._handle, targets_of(target, mask, target_exposure, width, height), options, progress)
         recovery._infos = {info.name: info for info in recovery._handle.parameters()}
         return recovery
 
@@ -308,7 +309,7 @@ def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed:
     return options
 
 
-def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:
+def targets_of(target: Any, mask: Any, exposure: float, width: int = 0, height: int = 0) -> list[_cmpg.Target]:
     targets: list[_cmpg.Target] = []
     views = target if isinstance(target, Mapping) else {"": target}
     masks = mask if isinstance(mask, Mapping) else dict.fromkeys(views, mask)
@@ -319,7 +320,8 @@ def targets_of(target: Any, mask: Any, exposure: float) -> list[_cmpg.Target]:
     for camera, image in views.items():
         held = sum(known.nbytes for known in targets)
         name, moved = view_of(camera)
-        targets.append(target_of(image, name, masks.get(camera), exposure, held >= MOST_TARGET_BYTES))
+        whole = target_of(image, name, masks.get(camera), exposure, held >= MOST_TARGET_BYTES)
+        targets.append(whole.averaged(width, height) if width or height else whole)
         if moved is not None:
             targets[-1].move(moved)
     return targets

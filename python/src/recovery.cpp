@@ -13,6 +13,7 @@ void bindRecovery(nb::module_& m) {
         .def_static("stream", [](const std::filesystem::path& file, const std::string& camera, const std::filesystem::path& mask, float exposure) {
             return released([&] { return cmpg::Target::stream(file, camera, mask, exposure); });
         }, "file"_a, "camera"_a, "mask"_a, "exposure"_a)
+        .def("averaged", [](const cmpg::Target& self, int width, int height) { return released([&] { return self.averaged(width, height); }); }, "width"_a, "height"_a)
         .def_prop_ro("nbytes", [](const cmpg::Target& target) { return (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size(); })
         .def_ro_static("most_bytes", &cmpg::Target::kMostBytes);
 

@@ -76,7 +76,7 @@ ExitStatus runReverse(const Options& options, Report& report, RenderSession& ses
     if (options.target.empty())
         adjoint = readColorImage(options.adjoint);
     else
-        target = openTarget(options, session.scene, options.target.front());
+        target = averagedTo(options, openTarget(options, session.scene, options.target.front()));
     const SeenView view = viewOf(options, session.host(), target.camera, options.target.empty() ? &adjoint : &target.image);
     const std::filesystem::path folder = single ? folderOf(options.output) : std::filesystem::path(options.output);
     if (options.target.empty()) {

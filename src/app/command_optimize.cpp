@@ -38,7 +38,7 @@ Views loadViews(const Options& options, const Scene& scene) {
     for (const std::string& text : options.target) {
         const CameraFile given = cameraFileOf(scene, text);
         const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
-        v1::Target target = load(given.file, given.camera, maskOf(options, scene, given.camera), options.targetExposure);
+        v1::Target target = averagedTo(options, load(given.file, given.camera, maskOf(options, scene, given.camera), options.targetExposure));
         bytes += (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size();
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));

@@ -62,7 +62,7 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
     for (const std::string& text : o.target) {
-        v1::Target given = openTarget(o, session.scene, text);
+        v1::Target given = averagedTo(o, openTarget(o, session.scene, text));
         const SeenView seen = viewOf(o, session.host(), given.camera, &given.image, kDefaultWidth);
         if (targets.empty())
             view = seen;

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "optimize/loaded_target.h"
 #include "optimize/losses.h"
+#include "scene/resample.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +23,66 @@ Target Target::stream(const std::filesystem::path& file, const std::string& came
     target.clipped = std::vector<std::uint8_t>();
     target.read = [=] { return load(file, camera, mask, exposure); };
     return target;
+}
+
+namespace {
+
+// Of an averaged target; Error(Input) where there is none.
+glm::uvec2 averagedSize(const Target& target, int width, int height) {
+    const Image& image = target.image;
+    const auto along = [](int edge, int other, int wanted) { return std::max(1, int(std::lround(double(edge) / other * wanted))); };
+    const int w = width > 0 ? width : along(image.width, image.height, height), h = height > 0 ? height : along(image.height, image.width, width);
+    const auto text = [](int x, int y) { return std::to_string(x) + "x" + std::to_string(y); };
+    const std::string sizes = "target " + target.name + (target.name.empty() ? "is " : " is ") + text(image.width, image.height) + ", not " + text(w, h);
+    if (w > image.width || h > image.height)
+        throw Error(ErrorKind::Input, sizes, "it has fewer pixels than the size that is asked for", "ask for its own size, or a smaller one", {"width", "height"});
+    if (std::abs(along(image.height, image.width, w) - h) > 1)
+        throw Error(ErrorKind::Input, sizes, "the size that is asked for has another shape", "give one of the two, or crop the target", {"width", "height"});
+    return {w, h};
+}
+
+} // namespace
+
+Target Target::averaged(int width, int height) const {
+    if (width < 0 || height < 0 || (width == 0 && height == 0))
+        throw Error(ErrorKind::Usage, std::to_string(width) + "x" + std::to_string(height) + " is no size of an image", "", "give a width, a height or both", {"width", "height"});
+    const glm::uvec2 size(image.width, image.height), fewer = averagedSize(*this, width, height);
+    if (size == fewer)
+        return *this;
+    Target result = *this;
+    result.image = Image();
+    result.image.width = int(fewer.x);
+    result.image.height = int(fewer.y);
+    result.mask.clear();
+    result.clipped.clear();
+    if (image.values.empty() && read) {
+        result.read = [whole = read, fewer] { return whole().averaged(int(fewer.x), int(fewer.y)); };
+        return result;
+    }
+    cmpg::Target weighted = targetOf(*this, 0);
+    weighted.mask.resize(image.pixels(), weighted.mask.empty() ? 1.f : 0.f);
+    std::vector<float> flags(weighted.clipped.size());
+    for (std::size_t i = 0; i < weighted.image.values.size(); ++i) {
+        const float weight = weighted.mask[i / 3];
+        weighted.image.values[i] = weight > 0 ? weight * weighted.image.values[i] : 0; // which may not be finite
+        if (!flags.empty())
+            flags[i] = weight > 0 && weighted.clipped[i];
+    }
+    const auto means = [&](const std::vector<float>& of, std::uint32_t channels) { return resampled(of, channels, size, fewer, Wrap::Clamp, Wrap::Clamp); };
+    result.image.values = means(weighted.image.values, 3);
+    std::vector<float> weights = means(weighted.mask, 1);
+    for (std::size_t i = 0; i < result.image.values.size(); ++i)
+        result.image.values[i] /= weights[i / 3] > 0 ? weights[i / 3] : 1;
+    if (!flags.empty())
+        for (const float share : means(flags, 3))
+            result.clipped.push_back(share > 0);
+    constexpr float kWhole = 0.9999f; // but for rounding
+    if (std::any_of(weights.begin(), weights.end(), [](float w) { return w < kWhole; })) {
+        for (float& weight : weights)
+            weight = weight < kWhole ? weight : 1;
+        result.mask = std::move(weights);
+    }
+    return result;
 }
 
 cmpg::Target targetOf(const Target& target, std::size_t number) {

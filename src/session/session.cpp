@@ -58,9 +58,9 @@ SeenView viewOf(const Options& options, const Scene& scene, const std::string& c
     if (like) {
         if ((options.width && int(*options.width) != like->width) || (options.height && int(*options.height) != like->height))
             throw Error(ErrorKind::Input,
-                        "the target or adjoint is " + std::to_string(like->width) + "x" + std::to_string(like->height) +
+                        "the adjoint is " + std::to_string(like->width) + "x" + std::to_string(like->height) +
                             ", not of the size that --width and --height ask for",
-                        "the images were rendered at another size", "leave --width and --height away, or scale the image");
+                        "it was made at another size", "leave --width and --height away");
         view.width = like->width;
         view.height = like->height;
         return view;

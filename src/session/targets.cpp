@@ -64,6 +64,12 @@ void requireMasksOf(const Options& options, const Scene& scene, std::span<const 
     }
 }
 
+v1::Target averagedTo(const Options& options, v1::Target target) {
+    if (!options.width && !options.height)
+        return target;
+    return target.averaged(int(options.width.value_or(0)), int(options.height.value_or(0)));
+}
+
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text) {
     const Scene& host = scene.state()->scene;
     const CameraFile given = cameraFileOf(host, text);

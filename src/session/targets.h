@@ -27,6 +27,9 @@ std::filesystem::path maskOf(const Options& options, const Scene& scene, const s
 // Error(Usage) on a mask of a camera that none of `cameras` is, in whose names "" is that of --camera.
 void requireMasksOf(const Options& options, const Scene& scene, std::span<const std::string> cameras);
 
+// As large as --width and --height ask for: photographs have more pixels than a recovery needs.
+v1::Target averagedTo(const Options& options, v1::Target target);
+
 // Its camera is empty where it is the one of --camera.
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text);
 

@@ -40,6 +40,16 @@ def test_takes_files_cameras_and_masks(grey, target, tmp_path):
     np.testing.assert_array_equal(exposed[PAINTING], same[PAINTING])
 
 
+def test_averages_targets(grey, target, tmp_path):
+    target.save(tmp_path / "target.exr")
+    half = np.asarray(target).reshape(target.shape[0] // 2, 2, target.shape[1] // 2, 2, 3).mean(axis=(1, 3))
+    for given in (target, tmp_path / "target.exr"):
+        recovery = cmpg.Recovery(grey, given, PAINTING, steps=1, width=target.shape[1] // 2)
+        np.testing.assert_allclose(recovery.target(), half, rtol=1e-5)
+    with pytest.raises(cmpg.InputError, match="target"):
+        cmpg.Recovery(grey, target, PAINTING, width=2 * target.shape[1])
+
+
 def test_takes_a_mask_for_each_camera(grey, target):
     ones, some = np.ones((32, 32)), np.eye(32)
 
