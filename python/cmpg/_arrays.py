@@ -25,7 +25,12 @@ def floats(values: Any) -> npt.NDArray[np.float32]:
             values = np.from_dlpack(values)
         except (BufferError, RuntimeError, TypeError) as error:
             raise UsageError("an array of another library cannot be read", str(error), "copy it to the host as float32") from error
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError as error:  # rows of different lengths
+        raise UsageError("values are no array", str(error), "give an array of numbers, or a number") from error
+    if array.dtype.kind in "OSUMm":  # None would be not a number, and text read as one
+        raise UsageError(f"values are no numbers but {type(values).__name__}", f"the array of them has the type {array.dtype}", "give an array of numbers, or a number")
     if np.iscomplexobj(array):
         raise UsageError("complex numbers have no place here", "their imaginary parts would be dropped", "give real ones")
     return np.ascontiguousarray(array, dtype=np.float32)
