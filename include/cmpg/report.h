@@ -20,7 +20,7 @@ struct EstimateError {
 // Why a pass with an error target or a time budget took no more samples.
 enum class BudgetEnd { Samples, Error, Time };
 
-// What learning passes measured of a way to draw directions.
+// What learning passes measured of a method to draw directions.
 struct MethodFigures {
     Sampling sampling = Sampling::Bsdf;
     bool roulette = false;    // ends and splits paths

@@ -184,7 +184,7 @@ class Renderer:
         """Has directions drawn otherwise from here on, by the guide as it is. It takes a renderer with `recoveries`, and ends its recovery.
 
         Raises:
-            UsageError: there is no such way, or the renderer was made without `recoveries`.
+            UsageError: there is no such method, or the renderer was made without `recoveries`.
         """
         self._handle.set_sampling(sampling)
 

@@ -1,4 +1,4 @@
-// compare: ways of sampling side by side, for derivative images, gradients and whole optimisations; a report in a folder.
+// compare: sampling methods side by side, for derivative images, gradients and whole optimisations; a report in a folder.
 #include "app/commands.h"
 #include "app/status_line.h"
 #include "lab/compare.h"

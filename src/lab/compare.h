@@ -11,7 +11,7 @@ namespace cmpg {
 // Called now and then with what is being done. What it throws ends the measurement.
 using ProgressText = std::function<void(const std::string&)>;
 
-// Ways of sampling side by side, for derivative images, gradients and whole optimisations. Writes tables, images and a page to the folder of the
+// Sampling methods side by side, for derivative images, gradients and whole optimisations. Writes tables, images and a page to the folder of the
 // options; the table is also report.extra["table"], a row per method.
 void compare(const Options& options, Report& report, const ProgressText& progress);
 

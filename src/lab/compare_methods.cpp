@@ -1,4 +1,4 @@
-// The methods a comparison sets side by side: names for ways of sampling.
+// The methods a comparison sets side by side: names of what draws directions.
 #include "lab/compare_methods.h"
 
 #include "base/error.h"

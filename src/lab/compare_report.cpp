@@ -243,7 +243,7 @@ std::string compareDocument(const CompareSubject& subject, const std::string& de
                             const std::vector<ComparePart>& parts) {
     const std::filesystem::path scene = std::filesystem::absolute(subject.options.input).lexically_normal();
     const std::string name = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
-    std::string body = "<h1>" + escapeHtml(name) + ": ways of sampling compared</h1>\n<p class=\"lead\">" +
+    std::string body = "<h1>" + escapeHtml(name) + ": sampling methods compared</h1>\n<p class=\"lead\">" +
                        std::to_string(subject.view.width) + " &times; " + std::to_string(subject.view.height) + " pixels, camera " +
                        escapeHtml(subject.view.camera) + ", on " + escapeHtml(device) + ".</p>\n";
     for (const ComparePart& part : parts)

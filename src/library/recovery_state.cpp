@@ -36,7 +36,7 @@ OptimizeConfig checkedConfig(const RecoveryOptions& options) {
     return configOf(options);
 }
 
-Renderer::State::Room roomFor(const RecoveryOptions& options) {
+Renderer::State::Capacity capacityFor(const RecoveryOptions& options) {
     const PathOptions& paths = options.paths;
     const bool learns = paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep;
     return {.guiding = learns, .learning = learns, .roulette = paths.roulette, .differences = options.sppDifference > 0};
@@ -45,8 +45,8 @@ Renderer::State::Room roomFor(const RecoveryOptions& options) {
 } // namespace
 
 Recovery::State::State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
-    : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, roomFor(options))),
-      shared(false), steps(options.steps), learns(base->room->learning) {
+    : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, capacityFor(options))),
+      shared(false), steps(options.steps), learns(base->capacity->learning) {
     begin(targets, options, {});
 }
 
@@ -54,9 +54,9 @@ Recovery::State::State(std::shared_ptr<Renderer::State> renderer, const std::vec
     : base(std::move(renderer)), shared(true), steps(options.steps) {
     options.paths = base->options.paths;
     options.parameters = base->options.parameters;
-    learns = roomFor(options).learning;
-    if (!base->room)
-        throw Error(ErrorKind::Usage, "this renderer has no room for recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
+    learns = capacityFor(options).learning;
+    if (!base->capacity)
+        throw Error(ErrorKind::Usage, "this renderer makes no recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
     const std::lock_guard lock(base->device->mutex);
     base->follow();
     begin(targets, options, from);

@@ -32,7 +32,7 @@ template <class Pass> void grow(cmpg::Film& film, std::uint32_t spp, const std::
     }
 }
 
-// An image in whatever way the options ask for. `all`: one pass with its layers; `more`: further samples of a film.
+// An image as the options ask for. `all`: one pass with its layers; `more`: further samples of a film.
 // `grows`: not on several ranks, whose clocks would divide it differently.
 template <class All, class More>
 Image imageOf(const PassOptions& pass, const View& view, std::uint32_t spp, Layers& layers, bool grows, All&& all, More&& more) {
@@ -198,7 +198,7 @@ void Renderer::train(std::span<const Direction> directions, const PassOptions& p
 
 void Renderer::forget() {
     const std::lock_guard lock(state_->device->mutex);
-    if (state_->room)
+    if (state_->capacity)
         state_->drawAnew(false);
     else
         state_->drop();
@@ -207,8 +207,8 @@ void Renderer::forget() {
 void Renderer::setSampling(Sampling sampling) {
     State& s = *state_;
     const std::lock_guard lock(s.device->mutex);
-    if (!s.room)
-        throw Error(ErrorKind::Usage, "this renderer draws as it was made to", "it has no room for other ways", "make it with RendererOptions::recoveries");
+    if (!s.capacity)
+        throw Error(ErrorKind::Usage, "this renderer draws as it was made to", "it has no memory for other methods", "make it with RendererOptions::recoveries");
     s.options.paths.sampling = sampling;
     s.drawAnew(true);
 }

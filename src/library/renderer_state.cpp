@@ -56,11 +56,11 @@ Renderer::State::State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::
     renderConfig(options.paths, scene, parameters); // throws
     const PathOptions& paths = options.paths;
     if (options.recoveries)
-        room = Room{true, paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep, paths.roulette, !parameters.empty()};
+        capacity = Capacity{true, paths.sampling != Sampling::Bsdf || paths.roulette || paths.guide.keep, paths.roulette, !parameters.empty()};
 }
 
-Renderer::State::State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Room& r)
-    : device(std::move(d)), room(r), options(o), scene(copyOf(s, o.parameters, parameters, revisions)) {
+Renderer::State::State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Capacity& c)
+    : device(std::move(d)), capacity(c), options(o), scene(copyOf(s, o.parameters, parameters, revisions)) {
     renderConfig(options.paths, scene, parameters); // throws
 }
 
@@ -83,16 +83,16 @@ GuidedOptions Renderer::State::drawing(bool roulettePays) const {
     return drawn;
 }
 
-Renderer::State::Room Renderer::State::needsOf(Mode mode, bool learn) const {
-    if (room)
-        return *room;
+Renderer::State::Capacity Renderer::State::needsOf(Mode mode, bool learn) const {
+    if (capacity)
+        return *capacity;
     const PathOptions& paths = options.paths;
     const bool wantsRoulette = paths.roulette && mode == Mode::Reverse;
     const bool wanted = (learn || !paths.guide.load.empty()) && (paths.sampling != Sampling::Bsdf || wantsRoulette || paths.guide.keep);
     return {.guiding = wanted, .roulette = wanted && wantsRoulette};
 }
 
-RenderConfig Renderer::State::configOf(const Room& needs) const {
+RenderConfig Renderer::State::configOf(const Capacity& needs) const {
     RenderConfig config = renderConfig(options.paths, scene, parameters);
     config.ranks = &device->ranks();
     config.guiding = needs.guiding;
@@ -102,7 +102,7 @@ RenderConfig Renderer::State::configOf(const Room& needs) const {
     return config;
 }
 
-void Renderer::State::make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide) {
+void Renderer::State::make(const Capacity& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide) {
     drop();
     renderer = std::make_unique<cmpg::Renderer>(device->device, scene, configOf(needs));
     passes = std::make_unique<GuidedPasses>(*renderer, drawing(roulettePays));
@@ -115,14 +115,14 @@ void Renderer::State::make(const Room& needs, bool roulettePays, const std::vect
 
 void Renderer::State::ensure(Mode mode, bool learn, bool anew) {
     const PathOptions& paths = options.paths;
-    if (room) {
+    if (capacity) {
         if (!renderer)
-            make(*room, paths.roulette, parameters.empty() ? nullptr : &parameters);
+            make(*capacity, paths.roulette, parameters.empty() ? nullptr : &parameters);
         else if (learn && anew && !fresh)
             drawAnew(false);
         return;
     }
-    const Room needs = needsOf(mode, learn);
+    const Capacity needs = needsOf(mode, learn);
     if (renderer && !(learn && anew && !fresh) && (!needs.guiding || (guided && (roulette || !needs.roulette))))
         return;
     make(needs, paths.roulette && mode == Mode::Reverse, mode == Mode::Render ? nullptr : &parameters); // an image needs no derivatives
@@ -136,7 +136,7 @@ std::unique_ptr<cmpg::Renderer> Renderer::State::makeDiffering() {
 
 Footprint Renderer::State::footprint(std::span<const PassKind> kinds, bool learn) const {
     const bool reverse = std::find(kinds.begin(), kinds.end(), PassKind::Backward) != kinds.end();
-    const Room needs = needsOf(reverse ? Mode::Reverse : Mode::Render, learn);
+    const Capacity needs = needsOf(reverse ? Mode::Reverse : Mode::Render, learn);
     cmpg::Scene copy = scene;
     const auto before = device->device.memory().buffers;
     cmpg::Renderer aside(device->device, copy, configOf(needs));

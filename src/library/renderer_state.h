@@ -19,8 +19,8 @@ namespace cmpg::v1 {
 struct Renderer::State {
     using Mode = cmpg::Renderer::Mode;
 
-    // What there is room for in a renderer that is made once for all kinds of passes.
-    struct Room {
+    // What a renderer that is made once for all kinds of passes is made for.
+    struct Capacity {
         bool guiding = false, learning = false, roulette = false, differences = false;
     };
 
@@ -28,7 +28,7 @@ struct Renderer::State {
 
     std::shared_ptr<Device::State> device;
     std::shared_ptr<Scene::State> source; // null: nobody else's values are followed
-    std::optional<Room> room;
+    std::optional<Capacity> capacity;
     RendererOptions options;
     std::vector<std::uint32_t> parameters;
     std::vector<std::uint64_t> revisions; // of the source's parameters, as they are in `scene`
@@ -46,7 +46,7 @@ struct Renderer::State {
 
     State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o);
     // Of a recovery, over a copy of the scene of its own.
-    State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Room& r);
+    State(std::shared_ptr<Device::State> d, Scene::State& s, const RendererOptions& o, const Capacity& c);
     ~State();
     State(const State&) = delete;
 
@@ -85,9 +85,9 @@ struct Renderer::State {
     PassReport told; // of the pass that runs
 
   private:
-    Room needsOf(Mode mode, bool learn) const; // passes of a mode, with a guide if they learn first
-    RenderConfig configOf(const Room& needs) const;
-    void make(const Room& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide);
+    Capacity needsOf(Mode mode, bool learn) const; // passes of a mode, with a guide if they learn first
+    RenderConfig configOf(const Capacity& needs) const;
+    void make(const Capacity& needs, bool roulettePays, const std::vector<std::uint32_t>* ofGuide);
     GuidedOptions drawing(bool roulettePays) const;
     // What all passes had cost when this one began.
     struct Before {
@@ -148,9 +148,9 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
     try {
         return together(device->ranks(), work);
     } catch (...) {
-        if (room && how.train > 0)
+        if (capacity && how.train > 0)
             abandon();
-        else if (!room && guided) // it may be half of what was asked for
+        else if (!capacity && guided) // it may be half of what was asked for
             drop();
         throw;
     }
@@ -187,7 +187,7 @@ void Renderer::State::train(Mode mode, const View& view, const PassOptions& how,
             ++trained;
         }
     } catch (...) {
-        if (room)
+        if (capacity)
             abandon();
         else
             drop();

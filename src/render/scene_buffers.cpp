@@ -459,7 +459,7 @@ void SceneBuffers::setParameter(std::uint32_t parameter, std::span<const float> 
 
 void SceneBuffers::setSecond(std::uint32_t parameter, std::span<const float> values) {
     if (!hasSecond_)
-        throw std::logic_error("there is room for one set of values only");
+        throw std::logic_error("these buffers hold one set of values");
     const std::vector<float>& base = scene_.parameters[parameter].values;
     if (values.empty())
         second_.erase(parameter);

@@ -18,7 +18,7 @@ struct CameraFile {
     std::filesystem::path file;
 };
 
-// "FILE" or "CAMERA=FILE"; what stands before '=' counts as a camera only if the scene has it or no such file exists.
+// "FILE" or "CAMERA=FILE"; what stands before '=' is a camera only if the scene has it or no such file exists.
 CameraFile cameraFileOf(const Scene& scene, const std::string& text);
 
 // The file of --mask for the target of a camera ("": that of --camera): the camera's own, or the one of all. Empty: there is none.

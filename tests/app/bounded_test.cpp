@@ -33,7 +33,7 @@ void expectFlatMemory(std::uint32_t steps) {
     }
     for (std::size_t part = 0; part < kParts; ++part)
         std::cout << "part " << part << ": device " << device[part] / (1 << 20) << " MiB, host " << host[part] / (1 << 20) << " MiB\n";
-    // The first parts try all ways of sampling and grow the guide.
+    // The first parts try all sampling methods and grow the guide.
     const std::size_t first = 3, last = kParts - 1;
     ASSERT_GT(device[first], 0);
     ASSERT_GT(host[first], 0);

@@ -3,7 +3,7 @@
 // Differences of independent estimates with equal distributions are symmetric about 0. For independent symmetric differences d_i, however
 // heavy their tails, |sum d_i| exceeds x sqrt(sum d_i^2) with a probability of at most 2 exp(-x^2 / 2): given the sizes only the signs
 // are random (Hoeffding 1963; Efron 1969). So no standard error has to be known, and none can come out too small. The pixels of an image
-// and passes with other seeds are independent. Estimates by other ways of sampling have other distributions, whose differences need not be
+// and passes with other seeds are independent. Estimates by other sampling methods have other distributions, whose differences need not be
 // symmetric; their sums over many pixels nearly are.
 #pragma once
 

@@ -276,7 +276,7 @@ def test_a_recovery_of_a_renderer_is_that_of_a_device(grey, target):
     recovery.image_into(film, spp=6)
     np.testing.assert_array_equal(film.image(), recovery.image(spp=9))
     np.testing.assert_array_equal(recovery.target(), target)
-    with pytest.raises(cmpg.UsageError, match="room for recoveries"):
+    with pytest.raises(cmpg.UsageError, match="makes no recoveries"):
         cmpg.Recovery.of(cmpg.Renderer(grey, PAINTING), target)
     with pytest.raises(cmpg.UsageError, match="no target 1"):
         recovery.target(1)

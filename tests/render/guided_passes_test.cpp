@@ -35,7 +35,7 @@ TEST(GuidedPasses, TryNothingWhereGradientsArePrecise) {
     EXPECT_EQ(passes.state().exploration.watched, 4u);
 }
 
-// One sample, most of whose gradient is noise: the second step learns already, and the other ways follow.
+// One sample, most of whose gradient is noise: the second step learns already, and the other methods follow.
 TEST(GuidedPasses, TryAllWaysWhereGradientsAreNoise) {
     GuidedBench s("door", {"painting.baseColor"}, 32);
     GuidedPasses passes(*s.renderer, {});

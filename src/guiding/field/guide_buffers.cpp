@@ -84,13 +84,13 @@ void GuideBuffers::release(Block block) {
 }
 
 void GuideBuffers::growTo(std::size_t spatialNodes, std::size_t cells) {
-    const auto room = [&](Buffer& buffer, const char* name, std::uint64_t bytes, Texel texel) {
+    const auto reserve = [&](Buffer& buffer, const char* name, std::uint64_t bytes, Texel texel) {
         if (!buffer || buffer.size() < bytes)
             buffer = Buffer(device_, name, std::bit_ceil(std::max<std::uint64_t>(bytes, 4096)), MemoryKind::Guide, texel);
     };
-    room(spatial_, "guide spatial tree", spatialNodes * 4, Texel::R32ui);
-    room(cells_, "guide cells", cells * sizeof(gpu::GpuGuideCell), Texel::Rgba32ui);
-    room(cellSums_, "guide cell records", cells * sizeof(gpu::GuideCellSums), Texel::None);
+    reserve(spatial_, "guide spatial tree", spatialNodes * 4, Texel::R32ui);
+    reserve(cells_, "guide cells", cells * sizeof(gpu::GpuGuideCell), Texel::Rgba32ui);
+    reserve(cellSums_, "guide cell records", cells * sizeof(gpu::GuideCellSums), Texel::None);
 }
 
 std::vector<GuideBuffers::Block> GuideBuffers::runs(std::vector<Block> blocks) const {

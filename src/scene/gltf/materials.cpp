@@ -238,7 +238,7 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
 
     material.ior = real(member(extension(source.extensions, "KHR_materials_ior"), "ior"), 1.5f);
     if (material.ior > 0 && material.ior < 1) { // 0 is the extension's way to say: reflects everything
-        load_.warn(material.name + ": index of refraction " + std::to_string(material.ior) + " is below 1 and counts as 1");
+        load_.warn(material.name + ": index of refraction " + std::to_string(material.ior) + " is below 1 and taken for 1");
         material.ior = 1;
     }
     if (specular.Has("specularColorTexture") && material.model == SurfaceModel::MetallicRoughness) load_.ignored.insert("specularColorTexture of " + material.name);

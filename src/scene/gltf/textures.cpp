@@ -30,7 +30,7 @@ std::optional<TextureUse> readTextureUse(GltfLoad& load, const TextureInfo& info
     const std::string place = "textures[" + std::to_string(info.index) + "]";
     if (texture.source < 0) {
         for (const auto& [extension, value] : texture.extensions) load.ignored.insert(extension);
-        load.warn(place + " has no image in a format that is read, and counts as absent");
+        load.warn(place + " has no image in a format that is read, and is left out");
         return std::nullopt;
     }
     TextureUse use;
