@@ -46,6 +46,8 @@ glm::uvec2 averagedSize(const Target& target, int width, int height) {
 Target Target::averaged(int width, int height) const {
     if (width < 0 || height < 0 || (width == 0 && height == 0))
         throw Error(ErrorKind::Usage, std::to_string(width) + "x" + std::to_string(height) + " is no size of an image", "", "give a width, a height or both", {"width", "height"});
+    const bool streams = image.values.empty() && read;
+    cmpg::Target weighted = streams ? cmpg::Target() : targetOf(*this, 0); // throws where it is no image
     const glm::uvec2 size(image.width, image.height), fewer = averagedSize(*this, width, height);
     if (size == fewer)
         return *this;
@@ -55,11 +57,10 @@ Target Target::averaged(int width, int height) const {
     result.image.height = int(fewer.y);
     result.mask.clear();
     result.clipped.clear();
-    if (image.values.empty() && read) {
+    if (streams) {
         result.read = [whole = read, fewer] { return whole().averaged(int(fewer.x), int(fewer.y)); };
         return result;
     }
-    cmpg::Target weighted = targetOf(*this, 0);
     weighted.mask.resize(image.pixels(), weighted.mask.empty() ? 1.f : 0.f);
     std::vector<float> flags(weighted.clipped.size());
     for (std::size_t i = 0; i < weighted.image.values.size(); ++i) {

@@ -185,6 +185,7 @@ TEST(LibraryTarget, PixelsAreMeansOfWhatTheyCover) {
     }
     EXPECT_EQ(errorOf([&] { target.averaged(0); }).kind, ErrorKind::Usage);
     EXPECT_EQ(errorOf([&] { target.averaged(-2); }).kind, ErrorKind::Usage);
+    EXPECT_EQ(errorOf([&] { Target().averaged(2); }).kind, ErrorKind::Usage) << "it has no image";
 }
 
 TEST(LibraryTarget, StreamsStaySoWhereTheyAreAveraged) {
