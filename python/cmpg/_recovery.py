@@ -69,8 +69,8 @@ class Recovery(Iterator[RecoveryStep]):
                  steps: int = 200, spp: int = 16, spp_gradient: int = 4, spp_difference: int = 12, seed: int = 0, loss: str = "mse",
                  optimizer: str = "auto", rate: float | Mapping[str, float] | None = None, schedule: str = "constant", final_rate: float = 0.1,
                  prior: float = 8, total_variation: float = 0, views_per_step: int = 0, warm_up: int = 0, freeze: int = 0,
-                 error_target: float = 0, mask: Masks | None = None, target_exposure: float = 0, width: int = 0, height: int = 0, max_depth: int = 0, sampling: str = "auto",
-                 pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
+                 error_target: float = 0, mask: Masks | None = None, target_exposure: float = 0, width: int = 0, height: int = 0,
+                 max_depth: int = 0, sampling: str = "auto", pixel_sampling: str = "adjoint", roulette: str = "adjoint", positivize: bool = False, no_nee: bool = False, memory: int = 1024,
                  guide_memory: int = 64, sampler: str = "sobol", load_guide: Path | None = None,
                  keep_guide: bool = False, expert: Mapping[str, float] | None = None) -> None:
         paths = path_options(max_depth, sampling, pixel_sampling, roulette, positivize, no_nee, memory, guide_memory, sampler, load_guide, keep_guide, expert)
@@ -309,7 +309,7 @@ def _options(steps: int, spp: int, spp_gradient: int, spp_difference: int, seed:
     return options
 
 
-def targets_of(target: Any, mask: Any, exposure: float, width: int = 0, height: int = 0) -> list[_cmpg.Target]:
+def targets_of(target: Any, mask: Any, exposure: float, width: int, height: int) -> list[_cmpg.Target]:
     targets: list[_cmpg.Target] = []
     views = target if isinstance(target, Mapping) else {"": target}
     masks = mask if isinstance(mask, Mapping) else dict.fromkeys(views, mask)

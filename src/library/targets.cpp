@@ -51,12 +51,9 @@ Target Target::averaged(int width, int height) const {
     const glm::uvec2 size(image.width, image.height), fewer = averagedSize(*this, width, height);
     if (size == fewer)
         return *this;
-    Target result = *this;
-    result.image = Image();
+    Target result{.camera = camera, .name = name, .from = from};
     result.image.width = int(fewer.x);
     result.image.height = int(fewer.y);
-    result.mask.clear();
-    result.clipped.clear();
     if (streams) {
         result.read = [whole = read, fewer] { return whole().averaged(int(fewer.x), int(fewer.y)); };
         return result;
