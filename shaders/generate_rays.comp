@@ -49,7 +49,7 @@ void main() {
     const vec2 plane = vec2(2.0 * raster.x / float(batch.width) - 1.0, 1.0 - 2.0 * raster.y / float(batch.height));
     const vec3 across = plane.x * batch.cameraRight + plane.y * batch.cameraUp;
     Ray ray;
-    ray.path = path;
+    ray.path = batch.allLight != 0 ? path | kLightCounts : path;
     ray.pdf = 0.0;
     if (batch.orthographic != 0) {
         ray.origin = batch.cameraOrigin + across;

@@ -34,7 +34,7 @@ void main() {
     const Ray ray = readRay(copy.ray);
     if (kReverse) tapePut3(slot, kPlaneThroughput, loadPrefix(copy.ray, copy).throughput);
     if (kRecord) visits[slot] = GuideVisit(kNone, kNone);
-    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
+    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), pathOf(ray));
     vec2 uv = vec2(0);
     float weight = 0.0;
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
@@ -53,5 +53,5 @@ void main() {
     }
     countDropped();
     WRITE_VERTEX(vertices, slot, v)
-    if (kLayers && push.bounce == 0) layers[ray.path] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
+    if (kLayers && push.bounce == 0) layers[pathOf(ray)] = LayerSample(vec3(0), 0.0, vec3(0), 0.0, 0.0, 0.0, 0.0, vec4(0), vec4(0));
 }

@@ -129,7 +129,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
 }
 
 SampleKey vertexKey(Ray ray, Prefix prefix) {
-    const uvec2 path = readPath(ray.path);
+    const uvec2 path = readPath(pathOf(ray));
     return SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
 }
 
@@ -162,7 +162,7 @@ void main() {
     }
 
     // Emission, one-sided.
-    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), ray.path);
+    Vertex v = Vertex(vec3(0), kNone, vec3(0), kNone, vec3(0), pathOf(ray));
     float emissionWeight = 0.0;
     const float cosFace = dot(p.faceNormal, wo);
     if (kEmission && (sampling.flags & kMaterialEmissive) != 0 && cosFace > 0.0) {
@@ -185,6 +185,9 @@ void main() {
         if ((m1.w & kMaterialAbsorbs) != 0) kept = interiorTransmittance(uintBitsToFloat(uvec3(m1.xy, materialTexel(interior + 2).w)), hit.t);
     }
     const bool last = push.bounce + 1 >= kMaxDepth;
+    // Where no light counts yet, a path must at least be able to scatter once more.
+    const bool lightCounts = kAllLight || differentiated || (ray.path & kLightCounts) != 0;
+    const bool leads = lightCounts || push.bounce + 2 < kMaxDepth;
     bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;
     vec3 wi = vec3(0, 0, 1);
@@ -196,7 +199,8 @@ void main() {
     if (!last) {
         const SampleKey key = vertexKey(ray, prefix);
         if (kLightSampling && scene.lights > 0)
-            wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, kept, sampleSet(key, kSetLight), v.direct, second.direct, light);
+            wantShadow = sampleDirect(slot, p, sampling, value, secondValue, differentiated, g, wo, kept, sampleSet(key, kSetLight), v.direct, second.direct, light) &&
+                         lightCounts;
         else if (kDiffSurface && differentiated)
             tapeNoDerivatives(slot, kPlaneLit);
         if (!(kLightSampling && scene.lights > 0) && kDiffLight) tapeLight(slot, false, light, vec3(0));
@@ -216,6 +220,7 @@ void main() {
             if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf);
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anyDerivative(d));
             scatters = wantRay;
+            wantRay = wantRay && leads;
             // By the values that sampling goes by, as all decisions.
             float scale = 1.0;
             if (kDielectric) scale = radianceScale(sampling.surface, sampling.normal, wo, wi);
@@ -242,15 +247,15 @@ void main() {
     if (kDifference) tapeSecond(slot, second);
     if (kGuided) countGuided(g, guided, scatters);
     if (kLayers && push.bounce == 0)
-        layers[ray.path] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !scatters), float(g.cell), vec4(0), vec4(0));
+        layers[pathOf(ray)] = LayerSample(sampling.normal, hit.t, sampling.surface.baseColor, 1.0, float(guided), float(guided && !scatters), float(g.cell), vec4(0), vec4(0));
     if (kLayers && kGuided && push.bounce < kLayerDepths && !last && g.share > 0.0) {
-        layers[ray.path].lightShare[push.bounce] = min(g.parts.x, 1.0);
-        layers[ray.path].drawn[push.bounce] = 1.0;
+        layers[pathOf(ray)].lightShare[push.bounce] = min(g.parts.x, 1.0);
+        layers[pathOf(ray)].drawn[push.bounce] = 1.0;
     }
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     v.child = allocateRay(wantRay);
     if (wantRay) {
-        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), ray.path, wi, kSmoothLobes && single ? kSingleDirection : pdf);
+        const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), pathOf(ray) | (lightCounts ? kLightCounts : 0), wi, kSmoothLobes && single ? kSingleDirection : pdf);
         WRITE_RAY(nextRays, v.child, next)
         const Prefix collected = Prefix(prefix.throughput * v.weight, prefix.branch, tangent, prefix.copies);
         if (kDerivatives && kPrefix) WRITE_PREFIX(nextPrefixes, v.child, collected)

@@ -42,7 +42,7 @@ void main() {
     const uint slot = globalIndex();
     if (push.count == 0 || slot >= here.rays) return;
     const Ray ray = readRay(slot);
-    const uvec2 path = readPath(ray.path);
+    const uvec2 path = readPath(pathOf(ray));
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
     if (push.bounce > 0) prefix = readPrefix(slot);
     const float q = survival(ray, readHit(slot), prefix, readAdjoint(path.x));

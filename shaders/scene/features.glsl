@@ -75,4 +75,6 @@ const bool kPrefixTangent = kGuideLookup || kRoulette; // so does a bound on its
 const uint kSlotMaskSurface = ~kSlotMaskLight * kClassDifferentiated;
 const bool kDiffSurface = (kTapedSlots & kSlotMaskSurface) != 0;
 const uint kKeptSlots = kDifferentiated & ~kSlotMaskLight;
+// False: a pass makes nothing but derivatives by surfaces, and light that meets none of these on its way to the camera is not looked for.
+const bool kAllLight = kDerivativeMode == 0 || kRecord || kDiffLight;
 #include "lib/derivative_places.glsl"

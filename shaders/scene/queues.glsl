@@ -29,6 +29,7 @@ Ray readRay(uint i) {
     const uvec4 a = rayTexel(2 * i), b = rayTexel(2 * i + 1);
     return Ray(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), uintBitsToFloat(b.w));
 }
+uint pathOf(Ray ray) { return ray.path & ~kLightCounts; }
 #endif
 
 #ifdef CMPG_READ_HITS

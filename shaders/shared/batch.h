@@ -15,6 +15,7 @@ struct Batch {
     uint pixels; // pixels the batch touches; the last may continue in the next batch
     uint paths;
     int sign; // positivization: +1 or -1 keeps derivative terms of that sign; 0 keeps all
+    uint allLight; // 0: a derivative pass may leave out light that is a factor of no derivative
 
     uint width, height;
     // Gradient sums are integers in units of 2^-k, x y = 2^k (two factors, since 2^k may exceed what a float holds).

@@ -11,10 +11,14 @@ CMPG_CONST kVertexGroup = 64; // invocations of a workgroup of the other kernels
 // A ray to be continued. Its place in the queue is the slot of the vertex it will create in this bounce's pool.
 struct Ray {
     vec3 origin;
-    uint path; // index of the path in the batch
+    uint path; // index of the path in the batch, and kLightCounts
     vec3 direction; // unit length
     float pdf; // solid-angle density the direction was drawn with (mixture); 0 for camera rays, kSingleDirection
 };
+
+// In Ray::path: the light that the path finds from here on is a factor of what the pass makes. Without it the path has met nothing that is
+// differentiated yet, and only that is looked for.
+CMPG_CONST kLightCounts = 0x80000000u;
 
 #ifdef __cplusplus
 constexpr float kSingleDirection = -1; // Ray::pdf of a single direction of a smooth boundary, which no light sample can find

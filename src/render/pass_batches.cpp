@@ -55,6 +55,7 @@ gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t end, B
     batch.normalScale = in.normalScale;
     batch.emissionScale = in.emissionScale;
     batch.sign = in.plan.sign;
+    batch.allLight = in.pilot;
     placeCamera(batch, in.view);
     offsets.clear();
     bool split = false; // the last pixel goes on in the next batch

@@ -124,6 +124,35 @@ TEST(Features, FirstRecordedForwardPassHasItsDirection) {
     EXPECT_EQ(different(plain.values, first(true).values), 0u);
 }
 
+// A derivative pass looks for the light that is a factor of some derivative, and leaves the rest out; one that records, or differentiates lamps,
+// looks for all. The bits are the same.
+TEST(Features, DerivativesAskForTheirLightAlone) {
+    if (device().info().type != "cpu")
+        GTEST_SKIP() << "compilers of other devices may contract differently";
+    struct Pass {
+        std::vector<double> gradient;
+        Image forward;
+        std::uint64_t rays = 0, forwardRays = 0;
+    };
+    const auto run = [](const std::vector<std::string>& globs, bool record) {
+        GuidedBench s("box", globs, 24);
+        s.plan = {.record = record};
+        Pass p;
+        p.gradient = s.gradient(4, {5, 0, 1})[0];
+        p.rays = s.result.rays;
+        p.forward = s.renderer->forward(s.view, 4, {5, 0, 1}, s.config.differentiable, s.directions, s.plan, &s.result);
+        p.forwardRays = s.result.rays;
+        return p;
+    };
+    const Pass own = run({"painting.baseColor"}, false), all = run({"painting.baseColor"}, true);
+    EXPECT_EQ(different(own.gradient, all.gradient), 0u);
+    EXPECT_EQ(different(own.forward.values, all.forward.values), 0u);
+    EXPECT_LT(double(own.rays), 0.8 * double(all.rays));
+    EXPECT_LT(double(own.forwardRays), 0.8 * double(all.forwardRays));
+    const std::vector<std::string> withLamp = {"painting.baseColor", "light.emission"};
+    EXPECT_EQ(run(withLamp, false).rays, run(withLamp, true).rays);
+}
+
 // Two squares under a lamp, one material for each; the tests add what nobody reads.
 struct Room : SceneBuilder {
     std::uint32_t floor, wall, lamp;
