@@ -67,7 +67,6 @@ std::vector<Knob> tradeoffKnobs(const Options& o, std::uint32_t sceneDepth) {
         {"cell-records", counts(o.cellRecords, {o.cellRecords / 4, o.cellRecords * 4}), "records of a cell", Needs::Guide},
         {"direction-share", fractions(o.directionShare, {o.directionShare / 4, o.directionShare * 4}), "share of a quadrant",
          Needs::Guide},
-        {"forgetting", fractions(o.forgetting, {0.7, 0.9, 1.0}), "forgetting", Needs::Guide},
         {"train", counts(train, {train / 2, train * 2}), "learning passes", Needs::Guide},
         {"roulette", others(kRoulettes, o.roulette), "roulette and splitting", Needs::Reverse},
         {"roulette-effort", fractions(o.rouletteEffort, {0.1, 0.3, 1.0}), "effort of splitting", Needs::Roulette},

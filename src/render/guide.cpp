@@ -82,11 +82,11 @@ void Guide::setUnits(double radiance, double shortestNormal) {
     open_ = true;
 }
 
-UpdateReport Guide::update() {
+UpdateReport Guide::update(bool forget) {
     if (!open_)
         return {};
     const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_, ranks_);
-    const UpdateReport report = tree.update(records);
+    const UpdateReport report = tree.update(records, forget);
     open_ = false;
     published_ = false;
     return report;

@@ -25,7 +25,7 @@ struct Guide {
         const double mean = tree.empty() ? pilot() : meanRadiance();
         setUnits(mean > 0 ? mean : 1, shortestNormal);
     }
-    UpdateReport update(); // of the tree on the host
+    UpdateReport update(bool forget); // of the tree on the host
     void publish();        // what update() left, if it is not on the device yet
     void discardRecords();
     void replace(SdTree other);

@@ -93,7 +93,7 @@ struct GuidedPasses::Impl {
             choice.observeResult(method, estimate, unit);
             choice.observeMean(method, mean(result, estimate) / std::sqrt(adjointSquares), spp);
         }
-        renderer.updateGuide();
+        renderer.updateGuide(false);
         renderer.publishGuide();
         policy.beginStep();
         return result;

@@ -174,8 +174,8 @@ bool Renderer::isPrepared(Mode mode, const PassPlan& plan) const {
 
 void Renderer::setInteraction(Interaction interaction) { impl_->runner.interaction = std::move(interaction); }
 
-UpdateReport Renderer::updateGuide() {
-    const UpdateReport report = impl_->guide.value().update();
+UpdateReport Renderer::updateGuide(bool forget) {
+    const UpdateReport report = impl_->guide.value().update(forget);
     impl_->runner.statistics.refusedSplits = report.refusedSplits;
     return report;
 }

@@ -107,8 +107,9 @@ class Renderer {
     void setSecondValues(std::uint32_t parameter, std::span<const float> values);
 
     void setInteraction(Interaction interaction);
-    // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did.
-    UpdateReport updateGuide();
+    // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did. `forget`: older
+    // records fade, because parameters have changed.
+    UpdateReport updateGuide(bool forget = true);
     void publishGuide();
     void discardRecords(); // left since then, if any
     bool hasGuide() const; // room for one: RenderConfig::guiding

@@ -67,8 +67,8 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"guide-memory", "MiB", "64", "Limit of the guide's own device memory; cells stop splitting there"}, o.guideMemory);
         v({"guide-share", "F", "0.5", "Of directions, drawn from the guide where it knows something; the rest from the material"}, o.guideShare);
         v({"cell-records", "N", "6000", "Records of a pass from which a cell of the guide splits"}, o.cellRecords);
-        v({"direction-share", "F", "0.01", "Share of a cell's light or derivatives from which a quadrant of directions splits"}, o.directionShare);
-        v({"forgetting", "F", "0.9", "What the guide keeps of older passes or steps, each time"}, o.forgetting);
+        v({"direction-share", "F", "0.03", "Share of a cell's light or derivatives from which a quadrant of directions splits"}, o.directionShare);
+        v({"forgetting", "F", "0.9", "What the guide keeps of older steps of an optimization, each time"}, o.forgetting);
         v({"roulette-effort", "F", "0.3", "A path whose expected contribution is this share of the average continues once: less makes more copies"}, o.rouletteEffort);
         break;
     case OptionGroup::Scene:

@@ -156,6 +156,22 @@ TEST(SdTree, LeavesTheMeansOfUntouchedCellsAlone) {
         EXPECT_TRUE(tree.cells()[i].changed);
 }
 
+// Learning passes, between which nothing changes.
+TEST(SdTree, KeepsAllWhereNothingChanged) {
+    SdTree tree(kLower, kUpper, smallConfig());
+    const std::vector<CellRecords> first = place(tree, randomSamples(kLower, kUpper, 20'000, 1));
+    tree.update(first, false);
+    const TreeTotals before = totals(tree);
+    const std::vector<CellRecords> second = place(tree, randomSamples(kLower, kUpper, 2000, 2));
+    tree.update(second, false);
+    EXPECT_EQ(tree.validate(), "");
+    EXPECT_EQ(before.records, 20'000);
+    EXPECT_NEAR(totals(tree).records, 22'000, 1e-9);
+    EXPECT_GT(totals(tree).mass.primal, before.mass.primal);
+    tree.update({});
+    EXPECT_NEAR(totals(tree).records, 0.9 * 22'000, 1e-8);
+}
+
 TEST(SdTree, ForgetsAltogether) {
     SdTreeConfig config = smallConfig();
     config.forgetting = 0;

@@ -46,7 +46,7 @@ TEST(TradeoffKnobs, ChangeOneOptionEachAndNothingElse) {
             arguments.push_back(name.substr(space + 1));
         EXPECT_EQ(toConfig(test::parse(arguments)), config) << name;
     }
-    for (const char* expected : {"quality", "spp", "spp-gradient", "max-depth", "sampling", "guide-share", "cell-records", "direction-share", "forgetting",
+    for (const char* expected : {"quality", "spp", "spp-gradient", "max-depth", "sampling", "guide-share", "cell-records", "direction-share",
                                  "train", "roulette", "roulette-effort", "pixel-sampling", "sampler", "no-nee", "positivize"})
         EXPECT_TRUE(options.contains(expected)) << expected;
 }
@@ -54,7 +54,7 @@ TEST(TradeoffKnobs, ChangeOneOptionEachAndNothingElse) {
 TEST(TradeoffKnobs, LeavesOutWhatNothingDependsOn) {
     std::vector<std::string> unused;
     const std::vector<Setting> settings = singleSettings(tradeoffOptions(), 8, {}, unused);
-    EXPECT_EQ(unused, (std::vector<std::string>{"spp", "guide-share", "cell-records", "direction-share", "forgetting", "train", "roulette",
+    EXPECT_EQ(unused, (std::vector<std::string>{"spp", "guide-share", "cell-records", "direction-share", "train", "roulette",
                                                 "roulette-effort", "pixel-sampling"}));
     for (const Setting& s : settings)
         for (const KnobChange& change : s.changes)

@@ -51,8 +51,8 @@ struct SpatialNode {
 
 struct SdTreeConfig {
     std::uint32_t cellRecords = 6000;        // a cell that got more new records splits
-    double directionShare = 0.01;            // a quadrant with a larger share of any mass of its cell splits, others collapse
-    double forgetting = 0.9;                 // factor on old sums and weights in every update
+    double directionShare = 0.03;            // a quadrant with a larger share of any mass of its cell splits, others collapse
+    double forgetting = 0.9;                 // factor on old sums and weights in every update that forgets
     std::uint32_t maxQuadDepth = 10;         // levels below the root's square
     std::uint32_t maxSpatialDepth = 40;
     std::uint64_t maxNodes = 1u << 18;       // quadtree nodes over all cells; splits stop there
@@ -83,10 +83,10 @@ class SdTree {
     // The first update keeps as much of it as its records justify: a subtree that got at most cellRecords becomes one cell.
     SdTree(glm::vec3 lower, glm::vec3 upper, const SdTreeConfig& config);
 
-    // Fits the tree to new records, in this order: forgets, adds, splits cells by their new records (both halves get half of sums and
+    // Fits the tree to new records, in this order: forgets, if what the old ones were made for has changed since, adds, splits cells by their new records (both halves get half of sums and
     // weight, again until no half has too many), refines and collapses quadtrees. Same result for any number of threads.
     // `records` may come in any order, each cell at most once.
-    UpdateReport update(std::span<const CellRecords> records);
+    UpdateReport update(std::span<const CellRecords> records, bool forget = true);
 
     bool empty() const { return updates_ == 0; }
     std::uint32_t updates() const { return updates_; }

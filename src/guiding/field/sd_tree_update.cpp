@@ -168,7 +168,7 @@ void refine(Cells& tree, const SdTreeConfig& config, bool all, UpdateReport& rep
 
 } // namespace
 
-UpdateReport SdTree::update(std::span<const CellRecords> records) {
+UpdateReport SdTree::update(std::span<const CellRecords> records, bool forget) {
     UpdateReport report;
     std::vector<const CellRecords*> byCell(cells_.size(), nullptr);
     for (const CellRecords& r : records) {
@@ -187,7 +187,10 @@ UpdateReport SdTree::update(std::span<const CellRecords> records) {
         for (std::size_t i = begin; i < end; ++i) {
             GuideCell& cell = cells_[i];
             const bool known = cell.records > 0;
-            cell.faded = known ? cell.faded * config_.forgetting : 1;
+            if (!known)
+                cell.faded = 1;
+            else if (forget)
+                cell.faded *= config_.forgetting;
             const bool forgotten = known && cell.weight() < kForgotten, learns = byCell[i] && byCell[i]->count > 0;
             if (forgotten)
                 cell.faded = 0;
