@@ -36,7 +36,7 @@ struct GuideFigures {
     double withoutRecords = 0, withoutDerivative = 0; // shares of the cells
     std::uint32_t mostRecords = 0;                    // number of the cell that has them
     std::uint32_t updates = 0;                        // passes or steps that it has learned from
-    double forgetting = 0;                            // what weights of old records are multiplied by in each step; learning passes keep them
+    double forgetting = 0;                            // what weights of old records are multiplied by when parameters change
 
     std::uint64_t geometry = 0;               // hash of the scene's triangles
     std::vector<std::string> parameters = {}; // that derivatives were asked for

@@ -79,7 +79,7 @@ struct GuideOptions {
     float rouletteEffort = 0.3f;      // a path whose expected contribution is this share of the average continues once; from 0.01 to 100
     std::uint32_t cellRecords = 6000; // records of a pass from which a cell splits; from 1 to 2^30
     double directionShare = 0.03;     // share of a cell's light or derivatives from which a quadrant of directions splits; from 1e-4 to 1
-    double forgetting = 0.9;          // what is kept of older steps of a recovery, each time; from 0 to 1
+    double forgetting = 0.9;          // what is kept of what was learned before parameters changed, each time; from 0 to 1
 };
 
 // How paths are drawn, and what they may take: fixed for the life of a renderer or a recovery. Defaults are those of the command line.

@@ -72,7 +72,7 @@ class Guide:
         """In numbers: "lower" and "upper", the box of all cells; "cells"; "nodes" of their quadtrees, and "most_nodes", the bound; greatest "spatial_depth" and
         "quad_depth", "mean_spatial_depth" over cells and "mean_quad_depth" over leaves; "records", their statistical weight, and "mass" of the three parts, sums
         over cells; "without_records" and "without_derivative", shares of the cells; "most_records", the number of the cell that has them; "updates" that it has
-        learned from; "forgetting", what old records are multiplied by in each step of a recovery; "parameters" that derivatives were asked for; "methods", as
+        learned from; "forgetting", what old records are multiplied by when parameters change; "parameters" that derivatives were asked for; "methods", as
         PassReport.figures; "reference", what roulette compares with.
         """
         return self._handle.figures()

@@ -56,7 +56,7 @@ void printFigures(std::ostream& out, const GuideFigures& f) {
     printLine(out, "cells:       %zu, depth %u, mean %.2f", f.cells, f.spatialDepth, f.meanSpatialDepth);
     printLine(out, "nodes:       %llu of at most %llu, depth %u, mean of leaves %.2f", static_cast<unsigned long long>(f.nodes),
               static_cast<unsigned long long>(f.mostNodes), f.quadDepth, f.meanQuadDepth);
-    printLine(out, "records:     %.6g in %u updates; steps fade older ones by %g", f.records, f.updates, f.forgetting);
+    printLine(out, "records:     %.6g in %u updates, faded by %g when parameters change", f.records, f.updates, f.forgetting);
     printLine(out, "mass:        P %.6g, D+ %.6g, D- %.6g", f.mass[0], f.mass[1], f.mass[2]);
     printLine(out, "cells that know no light: %.2f %%, no derivatives: %.2f %%", 100 * f.withoutRecords, 100 * f.withoutDerivative);
     out << "geometry:    " << hexadecimal(f.geometry) << '\n';

@@ -4,6 +4,7 @@
 #include "base/error.h"
 
 #include <limits>
+#include <utility>
 
 namespace cmpg {
 namespace {
@@ -86,7 +87,7 @@ UpdateReport Guide::update(bool forget) {
     if (!open_)
         return {};
     const std::vector<CellRecords> records = buffers.collect(tree, primalUnit_, derivativeUnit_, ranks_);
-    const UpdateReport report = tree.update(records, forget);
+    const UpdateReport report = tree.update(records, std::exchange(valuesChanged_, false) || forget);
     open_ = false;
     published_ = false;
     return report;

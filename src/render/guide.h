@@ -25,8 +25,9 @@ struct Guide {
         const double mean = tree.empty() ? pilot() : meanRadiance();
         setUnits(mean > 0 ? mean : 1, shortestNormal);
     }
-    UpdateReport update(bool forget); // of the tree on the host
-    void publish();        // what update() left, if it is not on the device yet
+    UpdateReport update(bool forget); // of the tree on the host; see Renderer::updateGuide()
+    void publish();                   // what update() left, if it is not on the device yet
+    void valuesChanged() { valuesChanged_ = true; } // of parameters, so what is known is of other ones
     void discardRecords();
     void replace(SdTree other);
 
@@ -39,7 +40,7 @@ struct Guide {
     bool emission_; // derivatives by emission have no unit of radiance
     float share_;
     double rouletteEffort_;
-    bool open_ = false, published_ = true;
+    bool open_ = false, published_ = true, valuesChanged_ = false;
     double primalUnit_ = 1, derivativeUnit_ = 1;
     gpu::GuideInfo info_{};
 };

@@ -196,7 +196,11 @@ const SdTree& Renderer::guide() const { return impl_->guide.value().tree; }
 
 void Renderer::setGuide(SdTree tree) { impl_->guide.value().replace(std::move(tree)); }
 
-void Renderer::setParameter(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setParameter(parameter, values); }
+void Renderer::setParameter(std::uint32_t parameter, std::span<const float> values) {
+    impl_->buffers.setParameter(parameter, values);
+    if (impl_->guide)
+        impl_->guide->valuesChanged();
+}
 
 void Renderer::setSecondValues(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setSecond(parameter, values); }
 

@@ -107,8 +107,8 @@ class Renderer {
     void setSecondValues(std::uint32_t parameter, std::span<const float> values);
 
     void setInteraction(Interaction interaction);
-    // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did. `forget`: older
-    // records fade, because parameters have changed.
+    // Fits the guide to the records left since the last call, on the host; the next pass publishes it, unless publishGuide() did. Older records fade
+    // where setParameter() was called since, and with `forget`: in steps of an optimization, whether they move or not, so that resumed ones are alike.
     UpdateReport updateGuide(bool forget = true);
     void publishGuide();
     void discardRecords(); // left since then, if any

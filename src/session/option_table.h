@@ -68,7 +68,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"guide-share", "F", "0.5", "Of directions, drawn from the guide where it knows something; the rest from the material"}, o.guideShare);
         v({"cell-records", "N", "6000", "Records of a pass from which a cell of the guide splits"}, o.cellRecords);
         v({"direction-share", "F", "0.03", "Share of a cell's light or derivatives from which a quadrant of directions splits"}, o.directionShare);
-        v({"forgetting", "F", "0.9", "What the guide keeps of older steps of an optimization, each time"}, o.forgetting);
+        v({"forgetting", "F", "0.9", "What the guide keeps of what it learned before parameters changed, each time"}, o.forgetting);
         v({"roulette-effort", "F", "0.3", "A path whose expected contribution is this share of the average continues once: less makes more copies"}, o.rouletteEffort);
         break;
     case OptionGroup::Scene:

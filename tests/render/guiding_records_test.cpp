@@ -36,6 +36,25 @@ TEST(GuideRecords, OneForEveryDrawnDirection) {
     }
 }
 
+// Learning passes keep what earlier ones left, but for one after a change of values. Steps always fade it.
+TEST(GuideRecords, FadeWhereValuesChanged) {
+    GuidedBench s("box", {"painting.baseColor"}, 16);
+    double expected = 0;
+    const auto pass = [&](bool step, double kept) {
+        s.plan = {.record = true};
+        s.gradient(4, kKey);
+        expected = kept * expected + double(s.renderer->updateGuide(step).records);
+        EXPECT_NEAR(totals(s.renderer->guide()).records, expected, 1e-9 * expected);
+    };
+    pass(false, 1);
+    pass(false, 1);
+    const std::uint32_t painting = s.config.differentiable[0];
+    s.renderer->setParameter(painting, std::vector<float>(s.scene.parameters[painting].entries(), 0.5f));
+    pass(false, 0.9);
+    pass(false, 1);
+    pass(true, 0.9);
+}
+
 // Two segments: a camera path has one record, w E, and images of one and two segments differ by its mean. With light sampling that
 // is what all vertices reflect, and the records' share of it is less.
 TEST(GuideRecords, SumUpToTheImage) {
