@@ -83,9 +83,9 @@ class SdTree {
     // The first update keeps as much of it as its records justify: a subtree that got at most cellRecords becomes one cell.
     SdTree(glm::vec3 lower, glm::vec3 upper, const SdTreeConfig& config);
 
-    // Fits the tree to new records, in this order: forgets, if what the old ones were made for has changed since, adds, splits cells by their new records (both halves get half of sums and
-    // weight, again until no half has too many), refines and collapses quadtrees. Same result for any number of threads.
-    // `records` may come in any order, each cell at most once.
+    // Fits the tree to new records, in this order: forgets (`forget`: what the old ones were made for has changed), adds, splits cells by their new
+    // records (both halves get half of sums and weight, again until no half has too many), refines and collapses quadtrees. Same result for any
+    // number of threads. `records` may come in any order, each cell at most once.
     UpdateReport update(std::span<const CellRecords> records, bool forget = true);
 
     bool empty() const { return updates_ == 0; }
