@@ -16,6 +16,7 @@
 #include "shared/film.h"
 #include "lib/physics.glsl"
 #include "lib/dispatch.glsl"
+#include "lib/box.glsl"
 #include "scene/geometry.glsl"
 #include "scene/slots.glsl"
 #include "scene/materials.glsl"
@@ -253,6 +254,8 @@ void main() {
         layers[pathOf(ray)].drawn[push.bounce] = 1.0;
     }
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
+    // A path's last ray looks for emission alone.
+    if (!kEnvironment && push.bounce + 2 == kMaxDepth) wantRay = wantRay && crossesBox(p.position, wi, scene.emittersLow, scene.emittersHigh);
     v.child = allocateRay(wantRay);
     if (wantRay) {
         const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), pathOf(ray) | (lightCounts ? kLightCounts : 0), wi, kSmoothLobes && single ? kSingleDirection : pdf);

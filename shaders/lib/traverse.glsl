@@ -8,6 +8,7 @@
 #include "shared/bindings.h"
 #include "shared/bvh_node.h"
 #include "shared/wavefront.h"
+#include "lib/box.glsl"
 #include "lib/read_buffers.glsl"
 
 READ_UVEC4(nodeTexel, kBindNodes)
@@ -53,9 +54,7 @@ uvec2 moveStack(bool push, bool pop, uvec2 group) {
 void beginRay(vec3 origin, vec3 direction, float limit) {
     rayOrigin = origin;
     rayDirection = direction;
-    // Keeps the inverse finite: a box plane through the origin then gives 0, not NaN.
-    const vec3 tiny = vec3(1e-20);
-    rayInverse = 1.0 / mix(direction, mix(tiny, -tiny, lessThan(direction, vec3(0))), lessThan(abs(direction), tiny));
+    rayInverse = finiteInverse(direction);
     // Shear along the largest component (Woop, Benthin, Wald 2013): one product per corner, exact otherwise.
     const vec3 a = abs(direction);
     if (a.z >= max(a.x, a.y)) {

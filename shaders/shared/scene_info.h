@@ -9,6 +9,7 @@ struct SceneInfo {
     uint lights; // entries of the light table
     uint frozenMaterials, frozenTexels; // where the second set of materials and values starts
     float environmentDistance; // any length beyond the scene
+    vec3 emittersLow, emittersHigh; // box around the surfaces that emit; low > high: none does
 };
 
 CMPG_SHARED_END

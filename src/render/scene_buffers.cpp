@@ -101,6 +101,7 @@ void SceneBuffers::uploadGeometry(Device& device) {
     nodes_ = Buffer(device, "bvh nodes", bvh_.records.size() * sizeof(BvhRecord), MemoryKind::Scene, Texel::Rgba32ui);
     nodes_.uploadAll(bvh_.records);
 
+    materialBoxes_.resize(scene_.materials.size());
     std::vector<glm::vec4> corners(std::max<std::size_t>(1, count) * 3, glm::vec4(0));
     std::vector<glm::uvec4> indices(std::max<std::size_t>(1, count), glm::uvec4(0));
     for (std::size_t i = 0; i < count; ++i) {
@@ -111,6 +112,8 @@ void SceneBuffers::uploadGeometry(Device& device) {
         corners[3 * i + 1] = glm::vec4(v1 - v0, normal.y);
         corners[3 * i + 2] = glm::vec4(v2 - v0, normal.z);
         indices[i] = {t.vertices[0], t.vertices[1], t.vertices[2], materialPlace_[t.material]};
+        for (const glm::vec3 corner : {v0, v1, v2})
+            materialBoxes_[t.material].grow(corner);
     }
     triangles_ = Buffer(device, "triangles", corners.size() * 16, MemoryKind::Scene, Texel::Rgba32f);
     triangles_.uploadAll(corners);
@@ -363,12 +366,29 @@ void SceneBuffers::uploadMaterials(bool second) {
         }
         out.flags |= (m.blendWith != kNoMaterial ? gpu::kMaterialBlend : 0) |
                      (isDifferentiable(m.parameters[std::size_t(SlotKind::Weight)]) ? gpu::kMaterialWeightDifferentiated : 0);
-        const Parameter& emission = scene_.parameters[m.parameters[std::size_t(SlotKind::Emission)]];
-        const bool emits = largestValue(emission) > 0 || (out.flags >> (gpu::kDifferentiatedShift + gpu::kSlotEmission) & 1u);
-        out.flags |= (emits ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0) | (m.coverage ? gpu::kMaterialCoverage : 0);
+        out.flags |= (emits(m) ? gpu::kMaterialEmissive : 0) | (m.alphaMask ? gpu::kMaterialAlphaMask : 0) | (m.coverage ? gpu::kMaterialCoverage : 0);
         out.flags |= std::uint32_t(features_.shadingClass[materialsUp_[i]]) << gpu::kMaterialClassShift;
     }
     materials_.uploadAll(materials, second ? materials.size() * sizeof(gpu::GpuMaterial) : 0);
+}
+
+bool SceneBuffers::emits(const Material& material) const {
+    const std::uint32_t emission = material.parameters[std::size_t(SlotKind::Emission)];
+    return largestValue(scene_.parameters[emission]) > 0 || isDifferentiable(emission);
+}
+
+void SceneBuffers::boundEmitters(gpu::SceneInfo& info) const {
+    Box all, emitters;
+    for (std::size_t m = 0; m < materialBoxes_.size(); ++m) {
+        all.grow(materialBoxes_[m]);
+        if (emits(scene_.materials[m]))
+            emitters.grow(materialBoxes_[m]);
+    }
+    // Many times what rounding may do to the hits of a ray.
+    const glm::vec3 largest = glm::max(glm::abs(all.low), glm::abs(all.high));
+    const float margin = 1e-5f * std::max({largest.x, largest.y, largest.z});
+    info.emittersLow = emitters.low - margin;
+    info.emittersHigh = emitters.high + margin;
 }
 
 void SceneBuffers::uploadLights() {
@@ -398,6 +418,7 @@ void SceneBuffers::uploadLights() {
     info.frozenMaterials = hasSecond_ ? std::uint32_t(materialsUp_.size()) : 0;
     info.frozenTexels = hasSecond_ ? valueTexels_ : 0;
     info.environmentDistance = 1e30f;
+    boundEmitters(info);
     info.environment.gradient = gpu::kNone;
     if (environment) {
         const Parameter& p = scene_.parameters[scene_.environment->parameter];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/bvh.h"
+#include "scene/bvh_split.h"
 #include "scene/coat_table.h"
 #include "scene/features.h"
 #include "scene/light_distribution.h"
@@ -39,6 +40,8 @@ class SceneBuffers {
     std::uint32_t coatTexel(std::uint32_t material) const;
     void uploadSlots(Device& device);
     void uploadLights();
+    bool emits(const Material& material) const; // now, or by a change of what is differentiated
+    void boundEmitters(gpu::SceneInfo& info) const;
     void requireEntries(std::uint32_t parameter, std::size_t count) const;
 
     Device& device_;
@@ -52,6 +55,7 @@ class SceneBuffers {
     std::vector<std::uint32_t> materialPlace_, alphaSlot_, directionSlot_; // of the scene's: index among the uploaded, number of the slot
     std::vector<std::uint32_t> places_; // first value or packed texel of a parameter, gpu::kNone for constants
     std::vector<CoatTable> coats_;      // one for each index and distribution of rough plastics
+    std::vector<Box> materialBoxes_; // of the scene's: around their triangles
     std::vector<std::uint32_t> coatOf_; // of an uploaded material: index into coats_, gpu::kNone
     std::uint32_t alphaPlace_ = 0, directionPlace_ = 0; // first packed texel of the alpha textures, of those of directions
     std::vector<std::uint64_t> gradientOffsets_;

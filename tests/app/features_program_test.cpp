@@ -27,7 +27,7 @@ TEST(ProgramFeatures, AllFeaturesGiveTheSameFiles) {
         GTEST_SKIP() << "compilers of other devices may contract differently";
     EXPECT_TRUE(readText(folder / "own.exr") == readText(folder / "all.exr"));
     EXPECT_LT(own.at("memory").at("device_peak_bytes"), all.at("memory").at("device_peak_bytes"));
-    EXPECT_EQ(own.at("rays"), all.at("rays"));
+    EXPECT_LT(own.at("rays"), all.at("rays")); // without an environment last rays look for emitters alone
 }
 
 TEST(ProgramFeatures, InspectComparesWithEverything) {

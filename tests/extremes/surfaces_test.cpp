@@ -12,7 +12,7 @@ namespace {
 
 Parameter& valueOf(Scene& scene, std::uint32_t material, SlotKind kind) { return scene.parameters[scene.materials[material].parameters[std::size_t(kind)]]; }
 
-// Rays of a pass over a convex body with that many segments: no light, so each is a camera ray or drawn.
+// Rays of a pass over a convex body with that many segments: no light is sampled, so each is a camera ray or drawn.
 std::uint64_t raysOf(const Scene& scene, std::uint32_t depth, int edge, std::uint32_t spp) {
     RenderConfig config;
     config.maxDepth = depth;
@@ -44,6 +44,14 @@ TEST(ExtremeSurfaces, ConvexBodiesDoNotMeetThemselves) {
         camera.ymag = 1.2f * at.scale;
         camera.toWorld = glm::translate(glm::mat4(1), center + glm::vec3(0, 0, 4 * at.scale));
         b.scene.cameras = {camera};
+        Parameter sky; // for which last rays are sent
+        sky.kind = SlotKind::Radiance;
+        sky.width = 4;
+        sky.height = 2;
+        sky.textured = true;
+        sky.values.assign(sky.entries(), 1.0f);
+        b.scene.environment = Environment{std::uint32_t(b.scene.parameters.size())};
+        b.scene.parameters.push_back(sky);
         const double paths = double(kEdge) * kEdge * kSamples;
         const std::uint64_t two = raysOf(b.scene, 2, kEdge, kSamples), three = raysOf(b.scene, 3, kEdge, kSamples);
         const auto where = [&] {

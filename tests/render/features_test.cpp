@@ -182,6 +182,26 @@ TEST(Features, SameBitsAlphaMask) {
     compareWithEverything(room.scene, {"floor.baseColor"});
 }
 
+// Where there is no environment, a path's last ray can find nothing but an emitter. The bits are the same as with all rays.
+TEST(Features, LastRaysLookForEmittersAlone) {
+    if (device().info().type != "cpu")
+        GTEST_SKIP() << "compilers of other devices may contract differently";
+    Room room;
+    room.quad(room.wall, {-1, -1, 2}, {0, 2, 0}, {2, 0, 0}); // a lid: few rays leave
+    const auto rays = [](const Scene& scene, bool everything) {
+        Bench s(scene, {"floor.baseColor"}, RenderConfig{.maxDepth = 2, .allFeatures = everything});
+        const Image image = s.renderer->render(viewOf(s.scene, 32, 24), 4, {3, 0, 0}, s.plan, &s.result);
+        return std::pair(s.result.rays, image.values);
+    };
+    const auto [own, image] = rays(room.scene, false);
+    const auto [all, imageOfAll] = rays(room.scene, true);
+    EXPECT_EQ(different(image, imageOfAll), 0u);
+    const std::uint64_t paths = 32 * 24 * 4;
+    EXPECT_GT(all, 2 * paths); // rays to the surfaces, to the lamp, and on
+    EXPECT_LT(double(own), double(all) - 0.5 * double(paths));
+    EXPECT_GT(own, paths);
+}
+
 using Buffers = std::map<std::string, std::uint64_t>; // bytes
 
 // What a renderer of the scene puts on the device before its first pass. Texel buffers are padded.
