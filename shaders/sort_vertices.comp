@@ -7,6 +7,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "scene/features.glsl"
 #include "scene/material_tables.glsl"
+#define CMPG_READ_RAYS
 #define CMPG_READ_HITS
 #define CMPG_READ_COPIES
 #include "scene/queues.glsl"
@@ -18,9 +19,14 @@ layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindSorted, scalar) writeonly buffer Sorted { uint sorted[]; };
 
-uint classOf(Hit hit) {
+const bool kUnlit = (kClasses >> kClassUnlit & 1u) != 0;
+
+uint classOf(uint ray) {
+    const Hit hit = readHit(ray);
     if (hit.t < 0.0) return kClassEscaped;
-    return materialTexel(triangleIndices(hit.triangle).w * kMaterialTexels + 1).w >> kMaterialClassShift & kMaterialClassMask;
+    const uint surface = materialTexel(triangleIndices(hit.triangle).w * kMaterialTexels + 1).w >> kMaterialClassShift & kMaterialClassMask;
+    if (kUnlit && surface == kClassPlain && (readRay(ray).path & kLightCounts) == 0) return kClassUnlit;
+    return surface;
 }
 
 // Each invocation sorts kChunkRounds vertices, so that a subgroup asks once for the places of all.
@@ -29,10 +35,11 @@ void main() {
     const uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, begin = group * kTraceChunk + chunkItem(gl_LocalInvocationIndex, 0);
     if (push.count == 0) return;
     uint shadingClass[kChunkRounds], rank[kChunkRounds];
-    uvec4 totals = uvec4(0); // a class each
+    uint totals[kVertexClasses], first[kVertexClasses];
+    for (uint c = 0; c < kVertexClasses; ++c) totals[c] = first[c] = 0;
     for (uint r = 0; r < kChunkRounds; ++r) {
         const uint slot = begin + r * kChunkRun;
-        shadingClass[r] = slot < count ? classOf(readHit(kRoulette ? readCopy(slot).ray : slot)) : kVertexClasses;
+        shadingClass[r] = slot < count ? classOf(kRoulette ? readCopy(slot).ray : slot) : kVertexClasses;
         for (uint c = 0; c < kVertexClasses; ++c) {
             if ((kClasses >> c & 1u) == 0) continue;
             const uvec4 votes = subgroupBallot(shadingClass[r] == c);
@@ -41,7 +48,6 @@ void main() {
         }
     }
     // Places are handed out in any order, results do not depend on it. The group counts of the shading kernels grow with the last place.
-    uvec4 first = uvec4(0);
     if (subgroupElect()) {
         for (uint c = 0; c < kVertexClasses; ++c) {
             if (totals[c] == 0) continue;
@@ -49,7 +55,11 @@ void main() {
             atomicMax(counts[push.bounce].classGroups[c].x, (first[c] + totals[c] + kVertexGroup - 1) / kVertexGroup);
         }
     }
-    first = subgroupBroadcastFirst(first);
-    for (uint r = 0; r < kChunkRounds; ++r)
-        if (shadingClass[r] != kVertexClasses) sorted[shadingClass[r] * push.count + first[shadingClass[r]] + rank[r]] = begin + r * kChunkRun;
+    for (uint c = 0; c < kVertexClasses; ++c)
+        if ((kClasses >> c & 1u) != 0) first[c] = c * push.count + subgroupBroadcastFirst(first[c]);
+    for (uint r = 0; r < kChunkRounds; ++r) {
+        uint place = rank[r];
+        for (uint c = 0; c < kVertexClasses; ++c) place += shadingClass[r] == c ? first[c] : 0;
+        if (shadingClass[r] != kVertexClasses) sorted[place] = begin + r * kChunkRun;
+    }
 }

@@ -70,7 +70,8 @@ CMPG_CONST kClassEscaped = 0; // the ray left the scene
 CMPG_CONST kClassPlain = 1; // of surfaces: ShadingClass in src/scene/features.h
 CMPG_CONST kClassDiffuse = 2;
 CMPG_CONST kClassOther = 3;
-CMPG_CONST kVertexClasses = 4;
+CMPG_CONST kClassUnlit = 4; // plain, on a path whose light does not count yet (kLightCounts)
+CMPG_CONST kVertexClasses = 5;
 
 // How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
 // y above 65 535.
@@ -89,7 +90,7 @@ struct QueueCounts {
     uvec3 sortGroups; // sort_vertices: kTraceChunk vertices a workgroup
     uint classes[kVertexClasses]; // vertices of each
     uvec3 classGroups[kVertexClasses];
-    uint reserved[24]; // a uniform buffer begins at multiples of 256 bytes
+    uint reserved[20]; // a uniform buffer begins at multiples of 256 bytes
 };
 
 // One vertex of the tape, three texels: the local factors of the estimator, nothing multiplied by the prefix or divided by it.

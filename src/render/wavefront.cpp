@@ -22,7 +22,7 @@ constexpr std::uint32_t kMinCapacity = 4096;
 constexpr std::uint32_t kMaxCapacityCpu = 1u << 16, kMaxCapacityGpu = 1u << 20;
 
 constexpr std::pair<ShadingClass, Step> kShadeSteps[] = {
-    {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther}};
+    {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther}, {ShadingClass::Unlit, Step::ShadeUnlit}};
 
 struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
@@ -147,7 +147,8 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     add(true, Step::ShadeEscaped, "shade_escaped", constants);
     for (const auto& [shadingClass, step] : kShadeSteps) {
         const auto of = features.constants(pass, shadingClass);
-        add(shadingClass == ShadingClass::Other || features.classes.contains(shadingClass), step, "shade_vertex", {of.begin(), of.end()});
+        const bool needed = shadingClass == ShadingClass::Other || (shadingClass == ShadingClass::Unlit ? features.shadesUnlit(pass) : features.classes.contains(shadingClass));
+        add(needed, step, "shade_vertex", {of.begin(), of.end()});
     }
     add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
     add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);
@@ -276,11 +277,15 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
                 continue;
             }
             scan(Step::ScanUndifferentiated, gpu::kClassEscaped, classGroups(b, gpu::kClassEscaped));
-            for (const auto& [surfaces, features] : features_.classes) {
+            const auto scanSurfaces = [&](Step step, ShadingClass surfaces) {
                 if (b + 1 == depth)
                     commands.barrier(); // stands for the next bounce too, though nothing there is read
-                scan(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, std::uint32_t(surfaces), classGroups(b, std::uint32_t(surfaces)));
-            }
+                scan(step, std::uint32_t(surfaces), classGroups(b, std::uint32_t(surfaces)));
+            };
+            for (const auto& [surfaces, features] : features_.classes)
+                scanSurfaces(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, surfaces);
+            if (has(Step::ShadeUnlit))
+                scanSurfaces(Step::ScanUndifferentiated, ShadingClass::Unlit);
         }
         commands.barrier();
     }

@@ -284,15 +284,19 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureClasses] = 1u << gpu::kClassEscaped | 1u << gpu::kClassOther;
     for (const auto& [each, features] : classes)
         c[gpu::kFeatureClasses] |= 1u << std::uint32_t(each);
+    if (shadesUnlit(pass))
+        c[gpu::kFeatureClasses] |= 1u << gpu::kClassUnlit;
     return c;
 }
 
 std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& pass, ShadingClass surfaces) const {
     std::array<std::uint32_t, gpu::kFeatureCount> c = constants(pass);
     c[gpu::kFeatureClass] = std::uint32_t(surfaces);
-    if (!classes.contains(surfaces))
+    const bool unlit = surfaces == ShadingClass::Unlit;
+    const auto found = classes.find(unlit ? ShadingClass::Plain : surfaces);
+    if (found == classes.end())
         return c; // all features are on
-    const SurfaceFeatures& s = classes.at(surfaces);
+    const SurfaceFeatures& s = found->second;
     c[gpu::kFeatureDiffuse] = s.diffuse;
     c[gpu::kFeatureSpecular] = s.specular;
     c[gpu::kFeatureModels] = s.models;
@@ -301,7 +305,15 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureTangents] = tangents && needsTangents(s.texturedSlots, s.models);
     c[gpu::kFeatureEmission] = s.emission;
     c[gpu::kFeatureClassDifferentiated] = s.differentiated;
+    if (unlit)
+        c[gpu::kFeatureTriangleLights] = c[gpu::kFeaturePunctualLights] = c[gpu::kFeatureEnvironmentLight] = false;
     return c;
+}
+
+bool FeatureSet::shadesUnlit(const Pass& pass) const {
+    constexpr std::uint32_t kLight = 1u << gpu::kSlotEmission | 1u << gpu::kSlotRadiance;
+    return (pass.mode == gpu::kModeForward || pass.mode == gpu::kModeReverse) && !pass.record && pass.maxDepth > 1 && (differentiated & kLight) == 0 && lightSampling() &&
+           classes.contains(ShadingClass::Plain);
 }
 
 bool FeatureSet::scansClasses(const Pass& pass) const {

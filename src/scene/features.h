@@ -23,6 +23,7 @@ enum class ShadingClass : std::uint32_t {
     Plain = gpu::kClassPlain,     // diffuse by a constant colour: no texture, emission or derivative
     Diffuse = gpu::kClassDiffuse, // diffuse alone, beside others with more lobes or normal maps
     Other = gpu::kClassOther,
+    Unlit = gpu::kClassUnlit, // no material's: plain, met where no light counts yet, so that none is sampled
 };
 
 // What the surfaces of a class require.
@@ -73,6 +74,8 @@ struct FeatureSet {
     // Of the kernel that shades one class.
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass, ShadingClass surfaces) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
+    // Whether a pass shades plain vertices apart whose light no derivative is made of.
+    bool shadesUnlit(const Pass& pass) const;
     // Whether a pass scans the vertices of differentiated surfaces apart from the others.
     bool scansClasses(const Pass& pass) const;
     // Name and what is on, of every feature.

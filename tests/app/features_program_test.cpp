@@ -38,7 +38,9 @@ TEST(ProgramFeatures, InspectComparesWithEverything) {
     EXPECT_TRUE(json.at("kernels").empty()); // none ran
     bool split = false;
     for (const auto& k : json.at("kernel_sizes")) {
-        EXPECT_LE(k.at("scene"), k.at("all_features")) << k;
+        if (k.at("kernel") != "sort_vertices") { // with every feature on there are no classes of surfaces to sort by
+            EXPECT_LE(k.at("scene"), k.at("all_features")) << k;
+        }
         EXPECT_LE(k.at("all_features"), k.at("module")) << k;
         split |= k.at("kernel") == "split_paths" && k.at("scene") == 0;
         if (k.at("kernel") == "shade_vertex") {

@@ -343,6 +343,21 @@ TEST(Features, KernelsAreThoseThatRun) {
               (Names{"generate_rays", "trace_closest", "sort_vertices", "shade_escaped", "shade_vertex", "shade_vertex", "prepare_dispatch", "scan_tape", "gather_film"}));
     const Names all = names({}, {.roulette = true, .measure = true, .maxDepth = 4});
     EXPECT_EQ(all.size(), 13u);
+
+    // Where a derivative pass records nothing and differentiates no lamp, plain surfaces have a kernel without light sampling, too.
+    const std::uint32_t color = room.scene.parameter("floor.baseColor"), lamp = room.scene.parameter("lamp.emission");
+    const auto shading = [&](const FeatureRequest& request, const FeatureSet::Pass& pass) {
+        const Names list = names(request, pass);
+        return std::count(list.begin(), list.end(), "shade_vertex");
+    };
+    for (const std::uint32_t mode : {gpu::kModeForward, gpu::kModeReverse}) {
+        EXPECT_EQ(shading({.differentiable = {color}}, {.mode = mode}), 3);
+        EXPECT_EQ(shading({.differentiable = {color}}, {.mode = mode, .record = true}), 2);
+        EXPECT_EQ(shading({.differentiable = {color}}, {.mode = mode, .maxDepth = 1}), 2);
+        EXPECT_EQ(shading({.differentiable = {color, lamp}}, {.mode = mode}), 2);
+        EXPECT_EQ(shading({.differentiable = {color}, .lightSampling = false}, {.mode = mode}), 2);
+    }
+    EXPECT_EQ(shading({.differentiable = {color}}, {.mode = gpu::kModeDifference}), 2);
 }
 
 // Materials by the kernel that shades them.
