@@ -22,7 +22,8 @@ constexpr std::uint32_t kMinCapacity = 4096;
 constexpr std::uint32_t kMaxCapacityCpu = 1u << 16, kMaxCapacityGpu = 1u << 20;
 
 constexpr std::pair<ShadingClass, Step> kShadeSteps[] = {
-    {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther}, {ShadingClass::Unlit, Step::ShadeUnlit}};
+    {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther},
+    {ShadingClass::Unlit, Step::ShadeUnlit}};
 
 struct PathBytes { // of one path, over all pools
     std::uint64_t batch, tapeWords, bounce;
@@ -147,8 +148,8 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     add(true, Step::ShadeEscaped, "shade_escaped", constants);
     for (const auto& [shadingClass, step] : kShadeSteps) {
         const auto of = features.constants(pass, shadingClass);
-        const bool needed = shadingClass == ShadingClass::Other || (shadingClass == ShadingClass::Unlit ? features.shadesUnlit(pass) : features.classes.contains(shadingClass));
-        add(needed, step, "shade_vertex", {of.begin(), of.end()});
+        const bool some = shadingClass == ShadingClass::Unlit ? features.shadesUnlit(pass) : features.classes.contains(shadingClass);
+        add(some || shadingClass == ShadingClass::Other, step, "shade_vertex", {of.begin(), of.end()});
     }
     add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
     add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);

@@ -74,7 +74,8 @@ struct FeatureSet {
     // Of the kernel that shades one class.
     std::array<std::uint32_t, gpu::kFeatureCount> constants(const Pass& pass, ShadingClass surfaces) const;
     std::array<std::uint32_t, gpu::kTraceCount> traceConstants(std::uint32_t threads, std::uint32_t bvhDepth) const;
-    // Whether a pass shades plain vertices apart whose light no derivative is made of.
+    // Whether a pass shades plain vertices apart whose light no derivative is made of: only where kAllLight (shaders/scene/features.glsl) is false,
+    // since other passes need the light of paths without kLightCounts, too.
     bool shadesUnlit(const Pass& pass) const;
     // Whether a pass scans the vertices of differentiated surfaces apart from the others.
     bool scansClasses(const Pass& pass) const;

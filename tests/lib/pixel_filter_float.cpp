@@ -41,8 +41,8 @@ TEST(PixelFilter, SamplesLieInProportionToTheFilter) {
                                  {"wide gaussian", gpu::kFilterGaussian, 8, 2}})
         for (const auto& [low, high] : {std::pair{-filter.radius, filter.radius}, {-0.5f, filter.radius}, {-filter.radius, 0.5f}, {-0.5f, 0.5f}}) {
             const double whole = integral(filter, low, high);
-            // The integral, at both ends: 1.5e-7 of the error function's formula and four roundings of 2^-24. And what is left of the place, where
-            // filters are at most 1.
+            // The integral, at both ends: 1.5e-7 of the error function's formula and four roundings of 2^-24. And what the search leaves of the place, no more
+            // than 22 halvings would, where filters are at most 1.
             const double scale = filter.kind == gpu::kFilterTent ? filter.radius : 1.2533 * filter.deviation;
             const double bound = (2 * (1.5e-7 + 2.4e-7) * scale + (high - low) / 4194304) / whole;
             float last = low;
