@@ -6,8 +6,8 @@
 #include "shared/material.h"
 CMPG_SHARED_BEGIN
 
-CMPG_CONST kTapeSurface = 3; // material or kNone for the environment, u0, v0
-CMPG_CONST kTapeTexcoord1 = 2;
+CMPG_CONST kTapeSurface = 3; // material or kNone for the environment, u0, v0: the first planes
+CMPG_CONST kTapeTexcoord1 = 2; // u1, v1, behind them
 CMPG_CONST kTapeThroughput = 3; // b_i, reverse mode only
 CMPG_CONST kTapeEmissionWeight = 1; // MIS weight of the emission found here, 0 if none is seen
 CMPG_CONST kTapeDerivative = 3; // of dw_i, and as many of dN_i behind those: for each place of lib/derivative_places.glsl

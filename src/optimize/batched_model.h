@@ -68,8 +68,8 @@ class BatchedModel final : public ImageModel {
         return paths;
     }
     std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                               std::vector<std::vector<double>>& gradients) override {
-        return inner_.reverseApart(view, spp, key, adjoint, gradients);
+                               std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices) override {
+        return inner_.reverseApart(view, spp, key, adjoint, gradients, firstVertices);
     }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { inner_.setParameter(parameter, values); }
     void endStep() override {

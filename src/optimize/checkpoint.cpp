@@ -36,6 +36,9 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(m.first);
         out.put(m.second);
         out.put(m.peak);
+        out.put(std::uint8_t(m.seen != nullptr));
+        if (m.seen)
+            m.seen->save(out);
         out.put(m.products);
         out.put(m.steps);
         out.count(m.noise.size());
@@ -110,13 +113,18 @@ RunningImage getRunningImage(ByteReader& in) {
 OptimizeState getState(ByteReader& in) {
     OptimizeState state;
     state.step = in.get<std::uint32_t>();
-    state.moments.resize(in.count(4 + 4 + 3 * 8 + 4 + 4 + 8));
+    state.moments.resize(in.count(4 + 4 + 3 * 8 + 1 + 4 + 4 + 8));
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
         m.first = in.reals<float>();
         m.second = in.reals<float>();
         m.peak = in.reals<float>();
+        if (in.get<std::uint8_t>() != 0) {
+            auto seen = std::make_shared<SeenTexels>();
+            seen->restore(in, m.second.size());
+            m.seen = std::move(seen);
+        }
         m.products = in.get<std::uint32_t>();
         m.steps = in.get<std::uint32_t>();
         m.noise.resize(in.count(8 + 8 + 8));

@@ -19,6 +19,8 @@ namespace {
 
 // Twice the samples of a step that carries an image on: what a difference of images is off by stays in the curvature for long.
 constexpr std::uint32_t kCurvatureSpp = 4;
+// Camera rays of a view that are kept while its curvature is measured: 80 MiB.
+constexpr std::size_t kMostFirstVertices = std::size_t(1) << 22;
 constexpr double kConstantStep = 0.02; // by which a constant changes, in its unit: roughness is far from linear
 constexpr double kShapeReach = 0.1;    // of a lobe's shape: as far as a measured curvature may hold
 constexpr double kLightReach = 20;     // of light, times its value instead of its unit: images are linear in it, however far it is
@@ -244,6 +246,7 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     const ScopedTime time(report.secondsGradient);
     const std::vector<std::vector<std::size_t>> groups = curvatureGroups();
     curvature_ = gradients_; // zeros
+    seen_.assign(parameters_.size(), {});
     if (views.size() < model_.views())
         peak_ = gradients_;
     constantCurvature_.others.assign(constantCurvature_.others.size(), 0.0);
@@ -289,7 +292,10 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         for (float& value : loss.adjoint.values)
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own);
+        FirstVertices first;
+        const bool asks = all && change.pixels() * config_.sppGradient <= kMostFirstVertices;
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
+        addSeenTexels(group, first, a, b, *target, double(groups) / double(views.size()));
         for (std::size_t i = 0; i < own.size(); ++i) {
             const double times = isConstant(i) ? 1 : isMoved(i) ? double(groups) : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
@@ -310,6 +316,24 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
     constantCurvature_.addOthers(ofConstants(product), ofConstants(direction), unit);
 }
 
+void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times) {
+    if (first.vertices.empty())
+        return;
+    for (const std::size_t i : group) {
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
+        if (!usesDiagonal(i) || emitsLight(parameter.kind))
+            continue;
+        std::vector<bool> owners;
+        for (const Material& material : scene_.materials)
+            owners.push_back(material.parameters[std::size_t(parameter.kind)] == parameters_[i]);
+        Image curvature = lossCurvature(config_.loss, target.image, target.mask);
+        const double step = curvatureDirection(i).step;
+        for (std::size_t k = 0; k < curvature.values.size(); ++k)
+            curvature.values[k] *= float(times * double(a.values[k]) * b.values[k] / (step * step));
+        seen_[i].add(parameter, owners, first, curvature);
+    }
+}
+
 CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {
     const Parameter& parameter = scene_.parameters[parameters_[i]];
     CurvatureDirection direction{kCurvatureStep * state_.moments[i].unit};
@@ -323,6 +347,10 @@ CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {
 void Optimization::addDiagonal(std::size_t i) {
     Moments& moments = state_.moments[i];
     const CurvatureDirection direction = curvatureDirection(i);
+    if (!seen_[i].empty()) {
+        seen_[i].finish();
+        moments.seen = std::make_shared<const SeenTexels>(std::move(seen_[i]));
+    }
     if (peak_.empty())
         addCurvature(curvature_[i], direction, moments);
     else if (measuresDiagonal(i))

@@ -14,7 +14,13 @@ namespace {
 
 // Momentum of entries whose last step goes against this one's, and of others where the gradient is all signal: what images hardly tell, such as texels
 // finer than a pixel, goes a small part of the distance in a step of a diagonal, always in one direction. Noise goes back and forth.
-constexpr float kMomentum = 0.5f, kMostMomentum = 0.75f;
+struct Momentum {
+    float least, most;
+    float steps; // over which it begins
+};
+constexpr Momentum kMomentum{0.5f, 0.75f, 1};
+// Where what single texels do is known, the first steps go the whole distance, and momentum would go beyond it.
+constexpr Momentum kSeenMomentum{0.25f, 0.6f, 5};
 constexpr double kNewWeight = 0.3;   // of the latest step in the averages of signal and noise
 constexpr double kLeastShare = 0.02; // of the signal: the average may be below 0 by chance
 
@@ -33,6 +39,7 @@ double reachOf(SlotKind kind, double rate) {
 // A gradient as one of the grids sees it, and what that grid's texels remember.
 struct Grid {
     const TotalVariationBound& known;
+    SeenPart seen;
     std::span<const float> diagonal;      // D
     std::span<const float> gradient, half; // as in NoisyGradient
     SignalNoise& noise;
@@ -50,7 +57,7 @@ struct Grid {
             average += float(weight) * (square - average);
             deviation[i] = std::sqrt(std::max(average, square)) / (scale.empty() ? 1.f : scale[i]);
         });
-        const TextureCurvature curvature(known, diagonal, std::move(deviation), float(std::min(rate, 1e30)));
+        const TextureCurvature curvature(known, seen, diagonal, std::move(deviation), float(std::min(rate, 1e30)));
         const double whole = curvature.length(gradient), stray = curvature.length(half); // the mean's length has the signal's and the noise's in it
         noise.signal += weight * (whole - stray - noise.signal);
         noise.noise += weight * (stray - noise.noise);
@@ -163,9 +170,11 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     std::vector<CoarseGrid> grids = coarseGrids(known, diagonal, g, half, scale);
     moments.noise.resize(grids.size() + 1);
 
+    const auto signal = float(signalShare(moments.noise[0]));
+    const SeenPart seen = some ? SeenPart() : SeenPart{moments.seen.get(), signal * signal};
     std::vector<float> step(count), left = g;
     const auto subtractStep = [&] {
-        known.multiply(diagonal, step, left);
+        known.multiply(diagonal, step, left); // of a smooth step C makes what the sums of its rows make
         forEachEntry(count, [&](std::size_t i) { left[i] = g[i] - left[i]; });
     };
     for (std::size_t level = grids.size(); level > 0; --level) {
@@ -175,7 +184,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         for (std::size_t k = 1; k < level; ++k)
             gathered = grids[k].texture.gather(gathered);
         const CoarseGrid& grid = grids[level - 1];
-        std::vector<float> coarse = Grid{grid.known, grid.diagonal, grid.gradient, grid.half, moments.noise[level], grid.scale}.step(std::move(gathered), rate, first);
+        std::vector<float> coarse = Grid{grid.known, {}, grid.diagonal, grid.gradient, grid.half, moments.noise[level], grid.scale}.step(std::move(gathered), rate, first);
         for (std::size_t k = level - 1; k > 0; --k) {
             std::vector<float> finer(grids[k].texture.fine().entries());
             grids[k].texture.spread(coarse, finer);
@@ -187,7 +196,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
         subtractStep();
     grids.clear();
     {
-        const std::vector<float> fine = Grid{known, diagonal, g, half, moments.noise[0], scale}.step(std::move(left), rate, first);
+        const std::vector<float> fine = Grid{known, seen, diagonal, g, half, moments.noise[0], scale}.step(std::move(left), rate, first);
         forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
     }
     const auto share = float(signalShare(moments.noise[0]));
@@ -195,7 +204,9 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     float* values = parameter.values.data();
     float* velocity = moments.first.data();
     // What one view sees alone would go on in the steps of others.
-    const float least = some ? 0 : kMomentum, along = some ? 0 : kMomentum + (kMostMomentum - kMomentum) * share;
+    const Momentum& momentum = seen.texels ? kSeenMomentum : kMomentum;
+    const float ramp = std::min(1.f, float(moments.steps - 1) / momentum.steps);
+    const float least = some ? 0 : ramp * momentum.least, along = some ? 0 : ramp * (momentum.least + (momentum.most - momentum.least) * share);
     forEachEntry(count, [&](std::size_t i) {
         const float wanted = (velocity[i] * step[i] < 0 ? along : least) * velocity[i] - step[i];
         const float most = scale.empty() ? reach : std::min(reach * scale[i], std::numeric_limits<float>::max());

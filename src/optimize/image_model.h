@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/byte_stream.h"
+#include "render/first_vertices.h"
 #include "render/renderer.h"
 
 namespace cmpg {
@@ -27,9 +28,9 @@ class ImageModel {
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                   std::vector<std::vector<double>>& gradients) = 0;
-    // The same, but no later pass depends on it.
+    // The same, but no later pass depends on it. Fills in `firstVertices`, if it is not null, where it knows them.
     virtual std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                                       std::vector<std::vector<double>>& gradients) {
+                                       std::vector<std::vector<double>>& gradients, FirstVertices* /*firstVertices*/) {
         return reverse(view, spp, key, adjoint, gradients);
     }
     // As reverse(), in two halves of `spp` / 2 samples, one at least, with numbers of their own: adds their mean, and to `half` half of how they

@@ -398,7 +398,8 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         const std::size_t entries = scene_.parameters[parameters_[i]].entries();
         const Moments& moments = state.moments[i];
         fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
-               moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) && !moments.noise.empty() &&
+               moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) &&
+               (!moments.seen || moments.seen->fits(scene_.parameters[parameters_[i]])) && !moments.noise.empty() &&
                (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);
     }
     fits = fits && state.imageValues.size() == state.images.size() && (state.images.empty() || state.images.size() == model_.views());

@@ -146,6 +146,8 @@ class Optimization {
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
+    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `times`: of what that counts.
+    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times);
     // By which a parameter moves where curvature is measured; refers to its values.
     CurvatureDirection curvatureDirection(std::size_t parameter) const;
     void addDiagonal(std::size_t parameter);
@@ -196,6 +198,7 @@ class Optimization {
     std::vector<std::vector<double>> noise_;      // of the step's derivative passes, where they come in halves: half of how these differ
     std::vector<TotalVariationBound> known_;      // of the step
     std::vector<std::vector<double>> curvature_;  // what the step has measured of it; empty where it has not
+    std::vector<SeenTexels> seen_;                // of the parameters, what the same passes tell of texels that cameras see
     std::vector<std::vector<double>> peak_;       // the largest of its views alone, where a step does not see all
     std::vector<std::vector<float>> shares_;      // OptimizeState::pixelShares from this step on
     ConstantCurvature constantCurvature_;         // OptimizeState::constants from this step on

@@ -1,11 +1,13 @@
 // Optimisers over the entries of parameters. State is plain data on the host.
 #pragma once
 
+#include "optimize/seen_texels.h"
 #include "scene/scene.h"
 
 #include <cmpg/options.h>
 
 #include <array>
+#include <memory>
 #include <span>
 
 namespace cmpg {
@@ -67,6 +69,7 @@ struct Moments {
     std::vector<float> first, second; // second is empty for SGD; of Gauss-Newton: the last step, and the diagonal that bounds the curvature
     // Of Gauss-Newton alone:
     std::vector<float> peak; // as `second`, which is the mean over the views: the largest of one view; empty where steps see all views
+    std::shared_ptr<const SeenTexels> seen; // the part of the curvature that is known texel by texel; null where none is
     std::uint32_t products = 0, steps = 0; // how often the curvature was measured, and steps since `start`
     std::vector<SignalNoise> noise{1};   // of the texture, then of ever coarser grids
 };

@@ -33,8 +33,8 @@ class RendererModel final : public ImageModel {
         return passes_.reverseHalves(views_.at(view), spp, key, adjoint, gradients, half);
     }
     std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                               std::vector<std::vector<double>>& gradients) override {
-        return passes_.reverseApart(views_.at(view), spp, key, adjoint, gradients);
+                               std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices) override {
+        return passes_.reverseApart(views_.at(view), spp, key, adjoint, gradients, firstVertices);
     }
     double concentration() const override { return passes_.concentration(); }
     void setParameter(std::uint32_t parameter, std::span<const float> values) override { renderer_.setParameter(parameter, values); }

@@ -1,4 +1,4 @@
-// D + L of a texture, and steps by it.
+// D + C + L of a texture, and steps by it.
 #include "optimize/texture_curvature.h"
 
 #include "optimize/entry_loops.h"
@@ -20,17 +20,30 @@ double dot(std::span<const float> a, std::span<const float> b) {
 
 } // namespace
 
-TextureCurvature::TextureCurvature(const TotalVariationBound& known, std::span<const float> measured, std::vector<float> deviation, float stray)
-    : known_(known), own_(std::move(deviation)), inverse_(measured.size()) {
+TextureCurvature::TextureCurvature(const TotalVariationBound& known, const SeenPart& seen, std::span<const float> measured, std::vector<float> deviation, float stray)
+    : known_(known), seen_(seen), own_(std::move(deviation)), inverse_(measured.size()) {
     constexpr float kLeast = std::numeric_limits<float>::min(); // below, nothing depends on an entry
     const double mean = sumOfEntries(measured.size(), [&](std::size_t i) { return double(measured[i]); }) / double(std::max<std::size_t>(1, measured.size()));
     const auto least = float(kLeastCurvature * mean);
     forEachEntry(own_.size(), [&](std::size_t i) { own_[i] = std::max(measured[i] + least, own_[i] / stray); });
+    if (seen_.texels)
+        forEachEntry(own_.size(), [&](std::size_t i) { own_[i] = std::max(0.f, own_[i] - seen_.part * seen_.texels->rows()[i]); });
     if (known_.empty())
         inverse_ = own_;
     else
         known_.diagonal(own_, inverse_);
+    if (seen_.texels)
+        forEachEntry(own_.size(), [&](std::size_t i) { inverse_[i] += seen_.part * seen_.texels->diagonal()[i]; });
     forEachEntry(own_.size(), [&](std::size_t i) { inverse_[i] = inverse_[i] >= kLeast ? 1 / inverse_[i] : 0.f; });
+}
+
+void TextureCurvature::multiply(std::span<const float> x, std::span<float> out) const {
+    if (known_.empty())
+        forEachEntry(own_.size(), [&](std::size_t i) { out[i] = own_[i] * x[i]; });
+    else
+        known_.multiply(own_, x, out);
+    if (seen_.texels)
+        seen_.texels->addMultiply(x, seen_.part, out);
 }
 
 double TextureCurvature::length(std::span<const float> gradient) const {
@@ -41,13 +54,13 @@ std::vector<float> TextureCurvature::solve(std::vector<float> gradient) const {
     const std::size_t count = gradient.size();
     std::vector<float> residual = std::move(gradient), scaled(count);
     forEachEntry(count, [&](std::size_t i) { scaled[i] = inverse_[i] * residual[i]; });
-    if (known_.empty())
+    if (known_.empty() && !seen_.texels)
         return scaled;
     std::vector<float> x(count), direction = scaled, image(count);
     double length = dot(residual, scaled);
     const double enough = length * kTolerance * kTolerance;
     for (int k = 0; k < kIterations && length > enough; ++k) {
-        known_.multiply(own_, direction, image);
+        multiply(direction, image);
         const double curvature = dot(direction, image);
         if (!(curvature > 0))
             break;

@@ -100,11 +100,11 @@ struct GuidedPasses::Impl {
     }
 
     PassResult reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
-                       const PassPlan& plan) {
+                       const PassPlan& plan, FirstVertices* firstVertices = nullptr) {
         PixelSamples samples;
         if (options.pixels == PixelSampling::Adjoint)
             samples = sampleCounts(adjoint, spp, key);
-        return renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients, plan);
+        return renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients, plan, firstVertices);
     }
 
     // Learned from, if steps learn. `half`: as in reverseHalves(); null: whole, unless the halves are to tell something.
@@ -328,14 +328,14 @@ std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t
 }
 
 std::uint64_t GuidedPasses::reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                                         std::vector<std::vector<double>>& gradients) {
+                                         std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices) {
     // The roulette knows what to expect of another adjoint: split by that, some paths of this one would have thousands of copies. Its kernels are
     // there.
     const SamplingMethod method = impl_->policy.derivativeMethod();
     PassPlan plan = impl_->planOf({method.kind, false}, impl_->policy.recording());
     plan.keepRecords = false;
     plan.rouletteKernels |= method.roulette;
-    return impl_->reverse(view, spp, key, adjoint, gradients, plan).paths;
+    return impl_->reverse(view, spp, key, adjoint, gradients, plan, firstVertices).paths;
 }
 
 void GuidedPasses::setLearning(bool on) { impl_->policy.learning = on; }

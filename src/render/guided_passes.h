@@ -63,9 +63,9 @@ class GuidedPasses {
     std::uint64_t reverseHalves(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half);
 
-    // As reverse(), but nothing is learned from it, so no later pass depends on it. Of no sign alone.
+    // As reverse(), but nothing is learned from it, so no later pass depends on it. Of no sign alone. `firstVertices`: as in Renderer::reverse().
     std::uint64_t reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                               std::vector<std::vector<double>>& gradients);
+                               std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices = nullptr);
 
     // For optimisations: endStep() rebuilds the guide from what passes recorded and decides anew. The first steps sample by the materials alone, without
     // recording, and tell how noisy its gradients are; Exploration decides whether other methods are worth trying, SamplingChoice which. A

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace cmpg {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 constexpr std::uint64_t kBandSamples = 1 << 15, kMostBands = 8;
 
 template <class T> void shareBands(std::vector<T>& pixels, Communicator& ranks, std::span<const PixelBand> bands) {
+    static_assert(std::is_trivially_copyable_v<T>);
     std::vector<std::size_t> sizes(std::size_t(ranks.size()));
     std::vector<std::byte> own;
     for (const PixelBand& band : bands) {
@@ -52,6 +54,13 @@ std::vector<PixelBand> pixelBands(const PassInput& in, int ranks) {
         bands.push_back(band);
     }
     return bands;
+}
+
+void shareFirstVertices(FirstVertices& first, Communicator& ranks, std::span<const PixelBand> bands) {
+    std::vector<PixelBand> paths; // the same bands, of camera rays
+    for (const PixelBand& band : bands)
+        paths.push_back({first.begin[band.begin], first.begin[band.end], band.rank});
+    shareBands(first.vertices, ranks, paths);
 }
 
 BandFilm::BandFilm(std::size_t pixels, bool differences, bool layers)

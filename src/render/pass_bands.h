@@ -18,6 +18,9 @@ struct PixelBand {
 // One band where there is one rank.
 std::vector<PixelBand> pixelBands(const PassInput& in, int ranks);
 
+// Of bands that each rank has filled in for itself: every rank has all afterwards.
+void shareFirstVertices(FirstVertices& first, Communicator& ranks, std::span<const PixelBand> bands);
+
 // What the ranks gathered in their bands, by pixel.
 class BandFilm {
   public:

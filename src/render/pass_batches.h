@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/film.h"
+#include "render/first_vertices.h"
 #include "render/renderer.h"
 #include "shared/batch.h"
 
@@ -18,6 +19,7 @@ struct PassInput {
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
     PassPlan plan;
     const Film* film = nullptr; // whose sums the pass continues
+    FirstVertices* firstVertices = nullptr; // to be filled in; reverse mode
     bool pilot = false;         // nothing but the image is of use: no records, no figures
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }

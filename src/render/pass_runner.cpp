@@ -5,6 +5,7 @@
 #include "render/moment_sum.h"
 #include "render/pass_bands.h"
 
+#include <bit>
 #include <chrono>
 #include <type_traits>
 
@@ -13,7 +14,7 @@ namespace cmpg {
 using gpu::kModeDifference, gpu::kModeReverse;
 
 PassRunner::PassRunner(Device& device, const FeatureSet& features, const SceneBuffers& buffers, std::optional<Guide>& guide, const RenderConfig& config)
-    : kernels(device, features, buffers, guide ? &guide->buffers : nullptr, config), device_(device), buffers_(buffers), guide_(guide), config_(config) {}
+    : kernels(device, features, buffers, guide ? &guide->buffers : nullptr, config), device_(device), features_(features), buffers_(buffers), guide_(guide), config_(config) {}
 
 // What a pass has left so far.
 struct PassRunner::Progress {
@@ -51,6 +52,12 @@ PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInpu
     std::optional<BandFilm> film;
     if (shared && receive)
         film.emplace(pixels, pass.mode == kModeDifference, pass.layers);
+    if (in.firstVertices) {
+        in.firstVertices->begin.assign(1, 0);
+        for (std::size_t pixel = 0; pixel < pixels; ++pixel)
+            in.firstVertices->begin.push_back(in.firstVertices->begin.back() + in.samples(pixel));
+        in.firstVertices->vertices.resize(in.firstVertices->begin.back());
+    }
     for (const PixelBand& band : bands) {
         if (shared)
             progress.late.emplace_back();
@@ -65,6 +72,8 @@ PassRunner::Outcome PassRunner::run(const FeatureSet::Pass& pass, const PassInpu
         for (std::size_t pixel = 0; pixel < pixels; ++pixel)
             receive(pixel, film->get(pixel));
     }
+    if (in.firstVertices && shared)
+        shareFirstVertices(*in.firstVertices, ranks, bands);
     if (pass.measure && !in.pilot) {
         // In the order of the pixels: the sum goes from rank to rank.
         for (std::size_t b = 0; b < progress.late.size(); ++b) {
@@ -142,6 +151,8 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
                     else
                         progress.late.back().push_back({batch.firstPixel + p, found[i]});
         }
+        if (in.firstVertices)
+            readFirstVertices(pass, batch, offsets, *in.firstVertices);
         if (!film)
             continue;
         tile = pools().film.downloadAll<gpu::FilmPixel>(batch.pixels);
@@ -156,6 +167,28 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
         for (std::size_t i = 0; i < complete; ++i)
             receive(batch.firstPixel + i, gathered(i));
         carry = split ? gathered(complete) : Gathered{};
+    }
+}
+
+void PassRunner::readFirstVertices(const FeatureSet::Pass& pass, const gpu::Batch& batch, std::span<const std::uint32_t> offsets, FirstVertices& first) const {
+    const Pools& pools = kernels.pools();
+    const Pools::Bounce& bounce = pools.bounces.front();
+    const std::size_t n = pools.capacity;
+    const auto tape = bounce.tape.downloadAll<std::uint32_t>((gpu::kTapeSurface + (features_.texcoord1 ? gpu::kTapeTexcoord1 : 0)) * n);
+    std::vector<gpu::Arrival> arrivals; // where a roulette may give each ray another place
+    if (pass.roulette)
+        arrivals = bounce.arrivals.downloadAll<gpu::Arrival>(batch.paths);
+    for (std::uint32_t p = 0; p < batch.pixels; ++p) {
+        FirstVertex* out = first.vertices.data() + first.begin[batch.firstPixel + p] + (p == 0 ? batch.firstSample : 0);
+        for (std::uint32_t ray = offsets[p]; ray < offsets[p + 1]; ++ray, ++out) {
+            *out = {kNoMaterial, {}, {}};
+            if (pass.roulette && arrivals[ray].count == 0)
+                continue;
+            const std::size_t slot = pass.roulette ? arrivals[ray].first : ray;
+            const auto uv = [&](std::size_t plane) { return glm::vec2(std::bit_cast<float>(tape[plane * n + slot]), std::bit_cast<float>(tape[(plane + 1) * n + slot])); };
+            if (tape[slot] != gpu::kNone)
+                *out = {buffers_.materialOf(tape[slot]), uv(1), features_.texcoord1 ? uv(gpu::kTapeSurface) : glm::vec2(0)};
+        }
     }
 }
 

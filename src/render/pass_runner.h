@@ -57,10 +57,13 @@ class PassRunner {
     struct Progress;
     void runBand(const FeatureSet::Pass& pass, const PassInput& in, const PixelBand& band, Commands& commands, BatchSize& batchSize, Progress& progress,
                  const std::function<void(std::size_t, const Gathered&)>& receive);
+    // Of a batch in reverse mode, from its tape.
+    void readFirstVertices(const FeatureSet::Pass& pass, const gpu::Batch& batch, std::span<const std::uint32_t> offsets, FirstVertices& first) const;
     void countRays(std::vector<Counts>& counts, Communicator& ranks, PassResult& result);
     Unsummed countDropped(Communicator& ranks);
 
     Device& device_;
+    const FeatureSet& features_;
     const SceneBuffers& buffers_;
     std::optional<Guide>& guide_;
     const RenderConfig& config_;

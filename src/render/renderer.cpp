@@ -235,7 +235,7 @@ void Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, 
 }
 
 PassResult Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                             std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan) {
+                             std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan, FirstVertices* firstVertices) {
     Impl& r = *impl_;
     if (adjoint.width != view.width || adjoint.height != view.height || adjoint.channels != 3)
         throw Error(ErrorKind::Usage, "the adjoint's size differs from the view's");
@@ -243,6 +243,7 @@ PassResult Renderer::reverse(const View& view, std::uint32_t spp, const PassKey&
     in.perPixel = perPixel;
     in.weights = weights;
     in.adjoint = &adjoint;
+    in.firstVertices = firstVertices;
     in.plan = plan;
     const FeatureSet::Pass pass = r.passOf(kModeReverse, false, plan);
     const double radiance = r.pilotRadiance(view, key, pass), shortest = shortestNormal(r.scene, r.config.differentiable);

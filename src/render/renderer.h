@@ -80,6 +80,7 @@ inline Error overflowed() {
             "look for extreme emission, intensities or sizes in the scene"};
 }
 
+struct FirstVertices;
 struct KernelSize;
 
 class Renderer {
@@ -140,9 +141,9 @@ class Renderer {
 
     // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
     // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`
-    // everywhere; `weights`: 1/E[samples] per pixel, used with perPixel.
+    // everywhere; `weights`: 1/E[samples] per pixel, used with perPixel. `firstVertices`, if any: where the pass's camera rays met the scene.
     PassResult reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
-                       std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan = {});
+                       std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan = {}, FirstVertices* firstVertices = nullptr);
 
     const RenderStatistics& statistics() const;
     // The features by name, and the kernels of these modes' passes by this plan, where the guide knows something. Allocates their pools, compiles

@@ -22,6 +22,7 @@ class SceneBuffers {
     // The second set of values; sampling stays at the first. Empty: the same as the first.
     void setSecond(std::uint32_t parameter, std::span<const float> values);
 
+    std::uint32_t materialOf(std::uint32_t uploaded) const { return materialsUp_.at(uploaded); } // index into the scene's, of that on the device
     std::uint32_t bvhDepth() const { return bvh_.depth; }
     std::uint64_t gradientEntries() const { return gradientEntries_; }
     std::uint64_t gradientOffset(std::size_t i) const { return gradientOffsets_[i]; } // of differentiable[i]

@@ -259,8 +259,8 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
         std::uint64_t reverse(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g) override {
             return count(), inner.reverse(v, s, k, a, g);
         }
-        std::uint64_t reverseApart(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g) override {
-            return count(), inner.reverseApart(v, s, k, a, g);
+        std::uint64_t reverseApart(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g, FirstVertices* f) override {
+            return count(), inner.reverseApart(v, s, k, a, g, f);
         }
         std::uint64_t reverseHalves(std::size_t v, std::uint32_t s, const PassKey& k, const Image& a, std::vector<std::vector<double>>& g,
                                     std::vector<std::vector<double>>& h) override {

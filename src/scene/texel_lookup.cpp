@@ -1,0 +1,35 @@
+// Which texels of a parameter a surface point reads.
+#include "scene/texel_lookup.h"
+
+#include <glm/glm.hpp>
+
+namespace cmpg {
+namespace {
+
+namespace shader { // in double precision
+using namespace glm;
+using vec2 = glm::dvec2;
+using vec4 = glm::dvec4;
+using uvec4 = glm::u32vec4;
+using uint = std::uint32_t;
+#define float double
+struct Texels {
+#include "lib/texel.glsl"
+};
+#undef float
+} // namespace shader
+
+} // namespace
+
+TexelLookup lookUp(const Parameter& parameter, const glm::vec2& uv0, const glm::vec2& uv1) {
+    const glm::vec2 uv = parameter.uvTransform * glm::vec3(parameter.texcoord == 1 ? uv1 : uv0, 1);
+    const auto found = shader::Texels().texelWeights(uv, parameter.width, parameter.height, std::uint32_t(parameter.wrapU), std::uint32_t(parameter.wrapV), parameter.nearest);
+    TexelLookup result{};
+    for (int k = 0; k < 4; ++k) {
+        result.texel[std::size_t(k)] = found.index[k];
+        result.weight[std::size_t(k)] = float(found.weight[k]);
+    }
+    return result;
+}
+
+} // namespace cmpg

@@ -1,0 +1,181 @@
+// The curvature by texels that cameras see: against matrices written out, as a file keeps it, and where it speeds steps up.
+#include "linear_model.h"
+#include "optimize/gauss_newton.h"
+#include "optimize/seen_texels.h"
+#include "scene/texel_lookup.h"
+
+#include <gtest/gtest.h>
+
+namespace cmpg::test {
+namespace {
+
+constexpr int kWidth = 6, kHeight = 5;
+
+Parameter texture(std::uint32_t channels) { return makeParameter("m.baseColor", channels == 3 ? SlotKind::BaseColor : SlotKind::Roughness, 7, 4, channels, 0.5f); }
+
+// Rays of six pixels by five: none, one or several, of the texture's material, of another, or of none.
+FirstVertices someRays() {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(-1, 2);
+    FirstVertices first;
+    first.begin = {0};
+    for (int p = 0; p < kWidth * kHeight; ++p) {
+        for (int k = int(random() % 5); k > 0; --k)
+            first.vertices.push_back({random() % 4 == 0 ? kNoMaterial : std::uint32_t(random() % 3), {uniform(random), uniform(random)}, {}});
+        first.begin.push_back(first.vertices.size());
+    }
+    return first;
+}
+
+const std::vector<bool> kOwners{true, false, true};
+
+// Sum over the pixels of c F^T F, entry by entry; the curvature is the same everywhere, so that its mean over neighbours follows from what they cover.
+std::vector<double> dense(const Parameter& t, const FirstVertices& first, double curvature) {
+    const std::size_t n = t.entries(), pixels = kWidth * kHeight;
+    std::vector<std::vector<double>> rows(pixels, std::vector<double>(n / t.channels));
+    std::vector<double> cover(pixels);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t i = first.begin[p]; i < first.begin[p + 1]; ++i) {
+            const FirstVertex& ray = first.vertices[i];
+            if (ray.material == kNoMaterial || !kOwners[ray.material])
+                continue;
+            const TexelLookup found = lookUp(t, ray.uv0, ray.uv1);
+            for (int k = 0; k < 4; ++k) {
+                const double share = double(found.weight[std::size_t(k)]) / double(first.begin[p + 1] - first.begin[p]);
+                rows[p][found.texel[std::size_t(k)]] += share;
+                cover[p] += share;
+            }
+        }
+    std::vector<double> matrix(n * n);
+    for (int p = 0; p < int(pixels); ++p) {
+        if (cover[std::size_t(p)] == 0)
+            continue;
+        double sum = 0, area = 0;
+        for (int q = 0; q < int(pixels); ++q)
+            if (std::abs(q % kWidth - p % kWidth) <= 1 && std::abs(q / kWidth - p / kWidth) <= 1 && cover[std::size_t(q)] > 0) {
+                sum += curvature;
+                area += cover[std::size_t(q)] * cover[std::size_t(q)];
+            }
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = i % t.channels; j < n; j += t.channels)
+                matrix[i * n + j] += (t.channels == 1 ? 3 : 1) * sum / area * rows[std::size_t(p)][i / t.channels] * rows[std::size_t(p)][j / t.channels];
+    }
+    return matrix;
+}
+
+TEST(SeenTexels, IsTheMatrixOfWhatPixelsSee) {
+    for (const std::uint32_t channels : {1u, 3u}) {
+        const Parameter t = texture(channels);
+        const FirstVertices first = someRays();
+        Image curvature(kWidth, kHeight, 3);
+        std::fill(curvature.values.begin(), curvature.values.end(), 2.f);
+        SeenTexels seen;
+        seen.add(t, kOwners, first, curvature);
+        seen.finish();
+        ASSERT_TRUE(seen.fits(t) && !seen.empty());
+        const std::vector<double> matrix = dense(t, first, 2);
+        const std::size_t n = t.entries();
+        for (std::size_t j = 0; j < n; ++j) {
+            std::vector<float> unit(n), column(n, 1.f);
+            unit[j] = 1;
+            seen.addMultiply(unit, 0.5f, column);
+            double row = 0;
+            for (std::size_t i = 0; i < n; ++i) {
+                EXPECT_NEAR(column[i], 1 + 0.5 * matrix[i * n + j], 1e-5) << i << ", " << j;
+                row += matrix[j * n + i];
+            }
+            EXPECT_NEAR(seen.rows()[j], row, 1e-5);
+            EXPECT_NEAR(seen.diagonal()[j], matrix[j * n + j], 1e-5);
+        }
+    }
+}
+
+TEST(SeenTexels, AFileKeepsIt) {
+    const Parameter t = texture(3);
+    Image curvature(kWidth, kHeight, 3);
+    std::fill(curvature.values.begin(), curvature.values.end(), 2.f);
+    SeenTexels seen;
+    seen.add(t, kOwners, someRays(), curvature);
+    seen.finish();
+    ByteWriter out;
+    seen.save(out);
+    SeenTexels again;
+    ByteReader in(out.bytes);
+    again.restore(in, t.entries());
+    std::vector<float> a(t.entries()), b(t.entries()), x(t.entries());
+    for (std::size_t i = 0; i < x.size(); ++i)
+        x[i] = float(i % 5);
+    seen.addMultiply(x, 1, a);
+    again.addMultiply(x, 1, b);
+    EXPECT_EQ(a, b);
+    SeenTexels other;
+    ByteReader more(out.bytes);
+    EXPECT_THROW(other.restore(more, t.entries() + 3), Malformed);
+    std::mt19937 random(5);
+    for (int i = 0; i < 2000; ++i) { // read or refused
+        std::vector<std::uint8_t> bytes = out.bytes;
+        bytes[random() % bytes.size()] = std::uint8_t(random());
+        ByteReader damaged(bytes);
+        try {
+            SeenTexels read;
+            read.restore(damaged, t.entries());
+            EXPECT_TRUE(read.fits(t));
+        } catch (const Malformed&) {
+        }
+    }
+}
+
+// Each pixel sees four texels of a row. With the diagonal alone what tells these apart takes many steps.
+TEST(SeenTexels, StepsTellTexelsOfAPixelApart) {
+    constexpr std::uint32_t kTexels = 64;
+    constexpr int kPixels = 32, kRays = 64;
+    const auto rows = [&] { // pixel p sees a window of four texels around 2 p
+        FirstVertices first;
+        first.begin = {0};
+        for (int p = 0; p < kPixels; ++p) {
+            for (int k = 0; k < kRays; ++k)
+                first.vertices.push_back({0, {(float(2 * p) + 4 * (float(k) + 0.5f) / kRays) / kTexels, 0.5f}, {}});
+            first.begin.push_back(first.vertices.size());
+        }
+        return first;
+    }();
+    Parameter t = makeParameter("m.roughness", SlotKind::Specular, kTexels, 1, 1, 0.5f);
+    Image curvature(kPixels, 1, 3);
+    std::fill(curvature.values.begin(), curvature.values.end(), 1.f / 3);
+    const auto errorAfter = [&](bool known) {
+        auto seen = std::make_shared<SeenTexels>();
+        seen->add(t, {true}, rows, curvature);
+        seen->finish();
+        Parameter found = t;
+        std::vector<float> truth(kTexels);
+        for (std::size_t i = 0; i < kTexels; ++i)
+            truth[i] = 0.5f + 0.2f * std::sin(1.3f * float(i)); // a period of about five texels
+        Moments moments;
+        moments.first.assign(kTexels, 0);
+        moments.second.assign(seen->rows().begin(), seen->rows().end());
+        if (known)
+            moments.seen = seen;
+        for (int step = 0; step < 8; ++step) {
+            std::vector<float> error(kTexels), gradient(kTexels);
+            for (std::size_t i = 0; i < kTexels; ++i)
+                error[i] = found.values[i] - truth[i];
+            seen->addMultiply(error, 1, gradient);
+            const std::vector<double> slope(gradient.begin(), gradient.end());
+            updateByGaussNewton(0.04, {slope, std::vector<double>(kTexels)}, TotalVariationBound(found), moments, found);
+        }
+        std::vector<float> error(kTexels), image(kTexels);
+        double loss = 0;
+        for (std::size_t i = 0; i < kTexels; ++i)
+            error[i] = found.values[i] - truth[i];
+        seen->addMultiply(error, 1, image);
+        for (std::size_t i = 0; i < kTexels; ++i)
+            loss += double(error[i]) * image[i];
+        return loss;
+    };
+    const double diagonal = errorAfter(false), known = errorAfter(true);
+    std::cout << "loss after 8 steps: " << diagonal << " by the diagonal, " << known << " where texels are known\n";
+    EXPECT_LT(known, 0.2 * diagonal);
+}
+
+} // namespace
+} // namespace cmpg::test
