@@ -293,7 +293,7 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
         FirstVertices first;
-        const bool asks = all && change.pixels() * config_.sppGradient <= kMostFirstVertices;
+        const bool asks = all && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) && change.pixels() * config_.sppGradient <= kMostFirstVertices;
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
         addSeenTexels(group, first, a, b, *target, double(groups) / double(views.size()));
         for (std::size_t i = 0; i < own.size(); ++i) {
@@ -316,17 +316,21 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
     constantCurvature_.addOthers(ofConstants(product), ofConstants(direction), unit);
 }
 
+// Light is left out: its curvature is measured along its values (CurvatureDirection), of which a bright one would stand for its pixel.
+bool Optimization::seesTexels(std::size_t i) const { return usesDiagonal(i) && !emitsLight(scene_.parameters[parameters_[i]].kind); }
+
 void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times) {
     if (first.vertices.empty())
         return;
+    const Image weight = lossCurvature(config_.loss, target.image, target.mask);
     for (const std::size_t i : group) {
-        const Parameter& parameter = scene_.parameters[parameters_[i]];
-        if (!usesDiagonal(i) || emitsLight(parameter.kind))
+        if (!seesTexels(i))
             continue;
+        const Parameter& parameter = scene_.parameters[parameters_[i]];
         std::vector<bool> owners;
         for (const Material& material : scene_.materials)
             owners.push_back(material.parameters[std::size_t(parameter.kind)] == parameters_[i]);
-        Image curvature = lossCurvature(config_.loss, target.image, target.mask);
+        Image curvature = weight;
         const double step = curvatureDirection(i).step;
         for (std::size_t k = 0; k < curvature.values.size(); ++k)
             curvature.values[k] *= float(times * double(a.values[k]) * b.values[k] / (step * step));

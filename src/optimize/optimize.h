@@ -146,6 +146,7 @@ class Optimization {
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
+    bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet
     // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `times`: of what that counts.
     void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times);
     // By which a parameter moves where curvature is measured; refers to its values.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kWidth = 6, kHeight = 5;
 
-Parameter texture(std::uint32_t channels) { return makeParameter("m.baseColor", channels == 3 ? SlotKind::BaseColor : SlotKind::Roughness, 7, 4, channels, 0.5f); }
+Parameter texture(std::uint32_t channels) { return makeParameter("m.slot", channels == 3 ? SlotKind::BaseColor : SlotKind::Roughness, 7, 4, channels, 0.5f); }
 
 // Rays of six pixels by five: none, one or several, of the texture's material, of another, or of none.
 FirstVertices someRays() {
@@ -139,7 +139,7 @@ TEST(SeenTexels, StepsTellTexelsOfAPixelApart) {
         }
         return first;
     }();
-    Parameter t = makeParameter("m.roughness", SlotKind::Specular, kTexels, 1, 1, 0.5f);
+    Parameter t = makeParameter("m.specular", SlotKind::Specular, kTexels, 1, 1, 0.5f);
     Image curvature(kPixels, 1, 3);
     std::fill(curvature.values.begin(), curvature.values.end(), 1.f / 3);
     const auto errorAfter = [&](bool known) {
