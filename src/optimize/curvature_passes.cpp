@@ -259,7 +259,8 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     }
 }
 
-// `groups`: how many there are. The Hessian is at most so many times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2.
+// `groups`: how many there are, n. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. A step by
+// more than half of that still descends, and (n + 1) / 2 is that where groups answer for each other, and exact where there is one.
 void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views,
                                 std::vector<std::vector<float>>& answers, StepReport& report) {
     const auto isMoved = [&](std::size_t i) { return std::find(group.begin(), group.end(), i) != group.end(); };
@@ -273,6 +274,7 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         model_.setSecondValues(parameters_[i], moved);
     }
     const bool all = views.size() == model_.views();
+    const double bound = 0.5 * double(groups + 1);
     std::vector<std::vector<double>> own; // of a view and the group
     if (!all || groups > 1)
         for (const std::vector<double>& gradient : gradients_)
@@ -293,11 +295,12 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
         FirstVertices first;
-        const bool asks = all && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) && change.pixels() * config_.sppGradient <= kMostFirstVertices;
+        const bool asks = all && groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
+                          change.pixels() * config_.sppGradient <= kMostFirstVertices;
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
-        addSeenTexels(group, first, a, b, *target, double(groups) / double(views.size()));
+        addSeenTexels(group, first, a, b, *target, 1 / double(views.size()));
         for (std::size_t i = 0; i < own.size(); ++i) {
-            const double times = isConstant(i) ? 1 : isMoved(i) ? double(groups) : 0;
+            const double times = isConstant(i) ? 1 : isMoved(i) ? bound : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
                 const double product = times * std::exchange(own[i][entry], 0);
                 curvature_[i][entry] += product / double(all ? 1 : model_.views());
@@ -316,8 +319,12 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
     constantCurvature_.addOthers(ofConstants(product), ofConstants(direction), unit);
 }
 
-// Light is left out: its curvature is measured along its values (CurvatureDirection), of which a bright one would stand for its pixel.
-bool Optimization::seesTexels(std::size_t i) const { return usesDiagonal(i) && !emitsLight(scene_.parameters[parameters_[i]].kind); }
+// Light is left out: its curvature is measured along its values (CurvatureDirection), of which a bright one would stand for its pixel. And the shape of lobes:
+// what a pixel answers to a change of it holds for so short a way that steps by the diagonal, which average, end nearer.
+bool Optimization::seesTexels(std::size_t i) const {
+    const SlotKind kind = scene_.parameters[parameters_[i]].kind;
+    return usesDiagonal(i) && !emitsLight(kind) && !shapesLobe(kind);
+}
 
 void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times) {
     if (first.vertices.empty())
@@ -351,6 +358,7 @@ CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {
 void Optimization::addDiagonal(std::size_t i) {
     Moments& moments = state_.moments[i];
     const CurvatureDirection direction = curvatureDirection(i);
+    moments.seen = nullptr;
     if (!seen_[i].empty()) {
         seen_[i].finish();
         moments.seen = std::make_shared<const SeenTexels>(std::move(seen_[i]));

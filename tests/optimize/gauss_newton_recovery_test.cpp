@@ -35,30 +35,61 @@ TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
 }
 
-// What one slot brightens, another darkens as much: moved together they would seem to change nothing, and steps be far too long.
-TEST(GaussNewton, TellsSlotsApartThatCancelEachOther) {
-    const auto makeTwo = [] {
-        Scene scene;
-        scene.parameters.push_back(makeParameter("wall.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f));
-        scene.parameters.push_back(makeParameter("wall.metallic", SlotKind::Metallic, 8, 4, 3, 0.5f));
-        return scene;
-    };
-    Scene scene = makeTwo(), truth = makeTwo();
+// Maps of a wall, to which images answer alike, but `factor` times to the second: the loss after so many steps, over that before the first.
+double lossOfMaps(const std::vector<SlotKind>& kinds, double factor, std::uint32_t steps) {
+    Scene scene;
+    std::vector<std::uint32_t> all;
+    for (const SlotKind kind : kinds) {
+        all.push_back(std::uint32_t(all.size()));
+        scene.parameters.push_back(makeParameter("wall." + std::to_string(all.size()), kind, kind == SlotKind::BaseColor ? 4 : 8, 4, 3, 0.5f));
+    }
+    Scene truth = scene;
     std::mt19937 random(5);
     std::uniform_real_distribution<float> uniform(0.2f, 0.8f);
     for (Parameter& parameter : truth.parameters)
         for (float& value : parameter.values)
             value = uniform(random);
     LinearModel model(scene, 1, 16, 16, 0), target(truth, 1, 16, 16, 0);
-    model.secondFactor = target.secondFactor = -0.95;
+    model.secondFactor = target.secondFactor = factor;
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.targets.resize(1);
     config.targets[0].image = target.render(0, 1, {});
-    Optimization run(model, scene, config, {0, 1});
+    Optimization run(model, scene, config, all);
     const double before = run.step().loss;
-    while (run.state().step < 39)
+    while (run.state().step < steps - 1)
         run.step();
-    EXPECT_LT(run.step().loss, 1e-4 * before);
+    return run.step().loss / before;
+}
+
+// What one slot brightens, another darkens as much: moved together they would seem to change nothing, and steps be far too long.
+TEST(GaussNewton, TellsSlotsApartThatCancelEachOther) { EXPECT_LT(lossOfMaps({SlotKind::BaseColor, SlotKind::Metallic}, -0.95, 40), 1e-4); }
+
+// Each alone would go the whole distance, all together five times as far.
+TEST(GaussNewton, TakesSlotsThatDoTheSameNoFartherTogether) {
+    EXPECT_LT(lossOfMaps({SlotKind::BaseColor, SlotKind::Metallic, SlotKind::Specular, SlotKind::Clearcoat, SlotKind::Weight}, 1, 20), 1e-3);
+}
+
+// How many passes are asked where their camera rays met the scene.
+int verticesAsked(const std::vector<SlotKind>& kinds) {
+    Scene scene;
+    std::vector<std::uint32_t> all;
+    for (const SlotKind kind : kinds) {
+        all.push_back(std::uint32_t(scene.parameters.size()));
+        scene.parameters.push_back(makeParameter("wall." + std::to_string(all.size()), kind, 4, 4, 3, 0.5f));
+    }
+    LinearModel model(scene, 2, 16, 16, 0.3);
+    Optimization(model, scene, newtonConfig(OptimizerKind::GaussNewton), all).step();
+    return model.verticesAsked;
+}
+
+// Where maps of several slots answer for each other, or a pixel's answer holds for a short way, the diagonal knows better.
+TEST(GaussNewton, TexelsAreToldApartOfOneSlotThatImagesAreLinearIn) {
+    EXPECT_EQ(verticesAsked({SlotKind::BaseColor}), 2); // by view
+    EXPECT_EQ(verticesAsked({SlotKind::BaseColor, SlotKind::BaseColor}), 2);
+    EXPECT_EQ(verticesAsked({SlotKind::Metallic}), 2);
+    EXPECT_EQ(verticesAsked({SlotKind::Roughness}), 0);
+    EXPECT_EQ(verticesAsked({SlotKind::Emission}), 0);
+    EXPECT_EQ(verticesAsked({SlotKind::BaseColor, SlotKind::Metallic}), 0);
 }
 
 // Of targets that are clipped at the mean of their values, and say so or not.

@@ -98,6 +98,12 @@ class LinearModel final : public ImageModel {
         return samples;
     }
 
+    std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                               FirstVertices* firstVertices) override {
+        verticesAsked += firstVertices != nullptr;
+        return reverse(view, spp, key, adjoint, gradients);
+    }
+
     std::uint64_t reverseHalves(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
                                 std::vector<std::vector<double>>& half) override {
         std::array<std::vector<std::vector<double>>, 2> each;
@@ -118,6 +124,7 @@ class LinearModel final : public ImageModel {
     void setParameter(std::uint32_t parameter, std::span<const float> v) override { parameters_.at(parameter).assign(v.begin(), v.end()); }
 
     std::vector<Call> calls;
+    int verticesAsked = 0; // passes that were asked where their camera rays met the scene
     PixelSampling pixels = PixelSampling::Adjoint;
     std::function<void(std::vector<std::vector<double>>&)> breakGradients;
     std::function<void(Image&)> breakImage;
