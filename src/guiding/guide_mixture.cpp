@@ -1,18 +1,14 @@
 // The mixture weights of the guide on the host.
 #include "guiding/guide_mixture.h"
 
+#include "base/double_shader.h"
 #include "shared/guide.h"
-
-#include <glm/glm.hpp>
 
 namespace cmpg {
 namespace {
 
-namespace shader { // in double precision
-using namespace glm;
-using vec2 = glm::dvec2;
-using vec3 = glm::dvec3;
-using uint = std::uint32_t;
+namespace shader {
+using namespace double_shader;
 using gpu::kGuidePrimal, gpu::kGuideDifferential, gpu::kGuideUniform, gpu::kGuideConditional, gpu::kDefensiveParts;
 #define float double
 struct GuideMixture {

@@ -1,17 +1,13 @@
 // Which texels of a parameter a surface point reads.
 #include "scene/texel_lookup.h"
 
-#include <glm/glm.hpp>
+#include "base/double_shader.h"
 
 namespace cmpg {
 namespace {
 
-namespace shader { // in double precision
-using namespace glm;
-using vec2 = glm::dvec2;
-using vec4 = glm::dvec4;
-using uvec4 = glm::u32vec4;
-using uint = std::uint32_t;
+namespace shader {
+using namespace double_shader;
 #define float double
 struct Texels {
 #include "lib/texel.glsl"
