@@ -1,20 +1,15 @@
 // The shader library compiled as C++ in double precision: the yardstick for the float build.
 #pragma once
 
+#include "base/double_shader.h"
 #include "shared/batch.h"
 #include "shared/guide.h"
 #include "shared/material.h"
 
-#include <cstdint>
-#include <glm/glm.hpp>
 #include <vector>
 
 namespace cmpg::shader_double {
-using namespace glm;
-using vec2 = glm::dvec2;
-using vec3 = glm::dvec3;
-using vec4 = glm::dvec4;
-using uint = std::uint32_t;
+using namespace double_shader;
 using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
 using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
 using gpu::kModelShift, gpu::kModelMask, gpu::kModelMetallicRoughness, gpu::kModelDielectric, gpu::kModelThinDielectric, gpu::kModelConductor, gpu::kModelPlastic;
