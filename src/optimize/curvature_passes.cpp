@@ -295,7 +295,8 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
         FirstVertices first;
-        const bool asks = all && groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
+        // Where the first steps saw views in turns, the texture is near when all are seen, and the diagonal, by which steps average, follows noise less.
+        const bool asks = viewOrder().stepsBeforeAll() == 0 && groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
                           change.pixels() * config_.sppGradient <= kMostFirstVertices;
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
         addSeenTexels(group, first, a, b, *target, 1 / double(views.size()));

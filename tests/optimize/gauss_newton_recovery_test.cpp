@@ -69,20 +69,25 @@ TEST(GaussNewton, TakesSlotsThatDoTheSameNoFartherTogether) {
     EXPECT_LT(lossOfMaps({SlotKind::BaseColor, SlotKind::Metallic, SlotKind::Specular, SlotKind::Clearcoat, SlotKind::Weight}, 1, 20), 1e-3);
 }
 
-// How many passes are asked where their camera rays met the scene.
-int verticesAsked(const std::vector<SlotKind>& kinds) {
+// How many passes of so many steps are asked where their camera rays met the scene.
+int verticesAsked(const std::vector<SlotKind>& kinds, std::size_t views = 2, std::uint32_t steps = 1) {
     Scene scene;
     std::vector<std::uint32_t> all;
     for (const SlotKind kind : kinds) {
         all.push_back(std::uint32_t(scene.parameters.size()));
         scene.parameters.push_back(makeParameter("wall." + std::to_string(all.size()), kind, 4, 4, 3, 0.5f));
     }
-    LinearModel model(scene, 2, 16, 16, 0.3);
-    Optimization(model, scene, newtonConfig(OptimizerKind::GaussNewton), all).step();
+    LinearModel model(scene, views, 16, 16, 0.3);
+    OptimizeConfig config = newtonConfig(OptimizerKind::GaussNewton);
+    config.targets = makeTargets(views, 16, 16);
+    Optimization run(model, scene, config, all);
+    while (run.state().step < steps)
+        run.step();
     return model.verticesAsked;
 }
 
-// Where maps of several slots answer for each other, or a pixel's answer holds for a short way, the diagonal knows better.
+// Where maps of several slots answer for each other, where a pixel's answer holds for a short way, or where the texture is near before a step sees all
+// views, the diagonal knows better.
 TEST(GaussNewton, TexelsAreToldApartOfOneSlotThatImagesAreLinearIn) {
     EXPECT_EQ(verticesAsked({SlotKind::BaseColor}), 2); // by view
     EXPECT_EQ(verticesAsked({SlotKind::BaseColor, SlotKind::BaseColor}), 2);
@@ -90,6 +95,8 @@ TEST(GaussNewton, TexelsAreToldApartOfOneSlotThatImagesAreLinearIn) {
     EXPECT_EQ(verticesAsked({SlotKind::Roughness}), 0);
     EXPECT_EQ(verticesAsked({SlotKind::Emission}), 0);
     EXPECT_EQ(verticesAsked({SlotKind::BaseColor, SlotKind::Metallic}), 0);
+    EXPECT_EQ(verticesAsked({SlotKind::BaseColor}, 3, 60), 9); // in three steps
+    EXPECT_EQ(verticesAsked({SlotKind::BaseColor}, 6, 60), 0);
 }
 
 // Of targets that are clipped at the mean of their values, and say so or not.
