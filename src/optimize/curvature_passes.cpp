@@ -259,8 +259,9 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     }
 }
 
-// `groups`: how many there are, n. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. A step by
-// more than half of that still descends, and (n + 1) / 2 is that where groups answer for each other, and exact where there is one.
+// `groups`: how many there are, n. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. Steps
+// descend by any bound of more than half of that, such as (n + 1) / 2 times, which is the block itself where n is 1. Where steps see some of the views the whole
+// bound stays: that of a view that has not had its turn is out of date.
 void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views,
                                 std::vector<std::vector<float>>& answers, StepReport& report) {
     const auto isMoved = [&](std::size_t i) { return std::find(group.begin(), group.end(), i) != group.end(); };
@@ -274,7 +275,7 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         model_.setSecondValues(parameters_[i], moved);
     }
     const bool all = views.size() == model_.views();
-    const double bound = 0.5 * double(groups + 1);
+    const double bound = all ? 0.5 * double(groups + 1) : double(groups);
     std::vector<std::vector<double>> own; // of a view and the group
     if (!all || groups > 1)
         for (const std::vector<double>& gradient : gradients_)
@@ -295,11 +296,11 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
             value /= float(all ? views.size() : 1);
         report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
         FirstVertices first;
-        // Where the first steps saw views in turns, the texture is near when all are seen, and the diagonal, by which steps average, follows noise less.
-        const bool asks = viewOrder().stepsBeforeAll() == 0 && groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
+        // Of several groups, whose texels answer for each other, C of each alone made steps end farther.
+        const bool asks = groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
                           change.pixels() * config_.sppGradient <= kMostFirstVertices;
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
-        addSeenTexels(group, first, a, b, *target, 1 / double(views.size()));
+        addSeenTexels(group, first, a, b, *target);
         for (std::size_t i = 0; i < own.size(); ++i) {
             const double times = isConstant(i) ? 1 : isMoved(i) ? bound : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
@@ -321,16 +322,18 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
 }
 
 // Light is left out: its curvature is measured along its values (CurvatureDirection), of which a bright one would stand for its pixel. And the shape of lobes:
-// what a pixel answers to a change of it holds for so short a way that steps by the diagonal, which average, end nearer.
+// what a pixel answers to a change of it holds for so short a way that steps by the diagonal, which average, end nearer. Where the first steps see views in turns,
+// the texture is near when all are seen, and the diagonal follows noise less.
 bool Optimization::seesTexels(std::size_t i) const {
     const SlotKind kind = scene_.parameters[parameters_[i]].kind;
-    return usesDiagonal(i) && !emitsLight(kind) && !shapesLobe(kind);
+    return usesDiagonal(i) && !emitsLight(kind) && !shapesLobe(kind) && viewOrder().stepsBeforeAll() == 0;
 }
 
-void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times) {
+void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target) {
     if (first.vertices.empty())
         return;
     const Image weight = lossCurvature(config_.loss, target.image, target.mask);
+    const double part = 1 / double(model_.views()); // of the view, in the mean loss
     for (const std::size_t i : group) {
         if (!seesTexels(i))
             continue;
@@ -341,7 +344,7 @@ void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const Fi
         Image curvature = weight;
         const double step = curvatureDirection(i).step;
         for (std::size_t k = 0; k < curvature.values.size(); ++k)
-            curvature.values[k] *= float(times * double(a.values[k]) * b.values[k] / (step * step));
+            curvature.values[k] *= float(part * double(a.values[k]) * b.values[k] / (step * step));
         seen_[i].add(parameter, owners, first, curvature);
     }
 }

@@ -147,8 +147,8 @@ class Optimization {
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
     bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet
-    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `times`: of what that counts.
-    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target, double times);
+    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed.
+    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target);
     // By which a parameter moves where curvature is measured; refers to its values.
     CurvatureDirection curvatureDirection(std::size_t parameter) const;
     void addDiagonal(std::size_t parameter);

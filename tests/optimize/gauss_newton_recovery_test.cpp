@@ -35,14 +35,22 @@ TEST(GaussNewton, ComesNearerThanAdamInAsManySteps) {
     EXPECT_LT(errorAfter(OptimizerKind::Auto, 60), 0.02);
 }
 
+Scene makeMaps(const std::vector<SlotKind>& kinds) {
+    Scene scene;
+    for (const SlotKind kind : kinds)
+        scene.parameters.push_back(makeParameter("wall." + std::to_string(scene.parameters.size()), kind, kind == SlotKind::BaseColor ? 4 : 8, 4, 3, 0.5f));
+    return scene;
+}
+
+std::vector<std::uint32_t> allParameters(const Scene& scene) {
+    std::vector<std::uint32_t> all(scene.parameters.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return all;
+}
+
 // Maps of a wall, to which images answer alike, but `factor` times to the second: the loss after so many steps, over that before the first.
 double lossOfMaps(const std::vector<SlotKind>& kinds, double factor, std::uint32_t steps) {
-    Scene scene;
-    std::vector<std::uint32_t> all;
-    for (const SlotKind kind : kinds) {
-        all.push_back(std::uint32_t(all.size()));
-        scene.parameters.push_back(makeParameter("wall." + std::to_string(all.size()), kind, kind == SlotKind::BaseColor ? 4 : 8, 4, 3, 0.5f));
-    }
+    Scene scene = makeMaps(kinds);
     Scene truth = scene;
     std::mt19937 random(5);
     std::uniform_real_distribution<float> uniform(0.2f, 0.8f);
@@ -54,7 +62,7 @@ double lossOfMaps(const std::vector<SlotKind>& kinds, double factor, std::uint32
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.targets.resize(1);
     config.targets[0].image = target.render(0, 1, {});
-    Optimization run(model, scene, config, all);
+    Optimization run(model, scene, config, allParameters(scene));
     const double before = run.step().loss;
     while (run.state().step < steps - 1)
         run.step();
@@ -71,16 +79,11 @@ TEST(GaussNewton, TakesSlotsThatDoTheSameNoFartherTogether) {
 
 // How many passes of so many steps are asked where their camera rays met the scene.
 int verticesAsked(const std::vector<SlotKind>& kinds, std::size_t views = 2, std::uint32_t steps = 1) {
-    Scene scene;
-    std::vector<std::uint32_t> all;
-    for (const SlotKind kind : kinds) {
-        all.push_back(std::uint32_t(scene.parameters.size()));
-        scene.parameters.push_back(makeParameter("wall." + std::to_string(all.size()), kind, 4, 4, 3, 0.5f));
-    }
+    Scene scene = makeMaps(kinds);
     LinearModel model(scene, views, 16, 16, 0.3);
     OptimizeConfig config = newtonConfig(OptimizerKind::GaussNewton);
     config.targets = makeTargets(views, 16, 16);
-    Optimization run(model, scene, config, all);
+    Optimization run(model, scene, config, allParameters(scene));
     while (run.state().step < steps)
         run.step();
     return model.verticesAsked;
