@@ -6,6 +6,7 @@
 #include "optimize/curvature_passes.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/loaded_target.h"
+#include "optimize/noise_weights.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/residual.h"
 
@@ -229,6 +230,8 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
         if (config_.onImage)
             config_.onImage(view, image.mean());
         loss = evaluateLoss(config_.loss, image.half, target.image, target.mask, target.clipped);
+        if (weighsByNoise())
+            weighByNoise(config_.loss, image.half, target, loss.value, loss.adjoint);
         if (views > 1)
             for (float& value : loss.adjoint.values)
                 value /= float(views);
@@ -252,6 +255,13 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     if (view >= carriedViews())
         image.drop();
     images_.emplace_back(view, std::move(image));
+}
+
+// Not where constants step by their whole curvature, which is that of all pixels alike, nor for the shape of lobes: the pixels of highlights are the noisiest,
+// and tell most of it.
+bool Optimization::weighsByNoise() const {
+    return newton() && constants_.empty() &&
+           std::none_of(parameters_.begin(), parameters_.end(), [&](std::uint32_t p) { return shapesLobe(scene_.parameters[p].kind); });
 }
 
 // One order for all of a run.

@@ -182,6 +182,7 @@ class Optimization {
     std::vector<float> constantValues() const;
     std::vector<double> constantUnits() const;
     std::vector<double> constantRanges() const;
+    bool weighsByNoise() const;
     bool newton() const { return std::find(methods_.begin(), methods_.end(), OptimizerKind::GaussNewton) != methods_.end(); }
 
     ImageModel& model_;

@@ -1,0 +1,88 @@
+// Weights of pixels by the noise of the image around them.
+#include "optimize/noise_weights.h"
+
+#include "base/parallel.h"
+#include "optimize/losses.h"
+#include "optimize/ordered_sum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace cmpg {
+namespace {
+
+constexpr std::size_t kReach = 3; // neighbours to each side
+constexpr std::size_t kRowsAtOnce = 16;
+
+// Standard deviations, and the number of pixels that they are of.
+struct Deviations {
+    double sum = 0, count = 0;
+    Deviations& operator+=(const Deviations& other) {
+        sum += other.sum;
+        count += other.count;
+        return *this;
+    }
+};
+
+// Sums over the places within kReach of each of `count`, `stride` apart.
+void sumAround(std::span<const Deviations> from, std::size_t count, std::size_t stride, std::span<Deviations> to) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t first = i - std::min(i, kReach), last = std::min(i + kReach, count - 1);
+        Deviations sum;
+        for (std::size_t k = first; k <= last; ++k)
+            sum += from[k * stride];
+        to[i * stride] = sum;
+    }
+}
+
+} // namespace
+
+void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& target, double value, Image& adjoint) {
+    const auto width = std::size_t(adjoint.width), height = std::size_t(adjoint.height);
+    const std::size_t channels = std::size_t(adjoint.channels);
+    std::vector<Deviations> own(width * height);
+    for (std::size_t p = 0; p < own.size(); ++p) {
+        if (!target.mask.empty() && target.mask[p] == 0) // the target may hold anything there
+            continue;
+        double square = 0;
+        for (std::size_t k = p * channels; k < (p + 1) * channels; ++k) {
+            const double y = target.image.values[k], half = 0.5 * (double(halves[0].values[k]) - double(halves[1].values[k]));
+            square += half * half * (loss == Loss::RelativeMse ? 1 / (y * y + kLossEpsilon) : 1);
+        }
+        if (std::isfinite(square))
+            own[p] = {std::sqrt(square / double(channels)), 1};
+    }
+    double variance = 0, count = 0;
+    for (const Deviations& pixel : own) {
+        variance += pixel.sum * pixel.sum;
+        count += pixel.count;
+    }
+    const double scale = count > 0 ? variance / count + std::max(0.0, value) : 0;
+    if (!(scale > 0) || !std::isfinite(scale))
+        return; // an image without noise, or without anything to compare
+
+    std::vector<Deviations> across(own.size()), around(own.size());
+    parallelFor(height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y)
+            sumAround(std::span(own).subspan(y * width), width, 1, std::span(across).subspan(y * width));
+    });
+    parallelFor(width, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t x = begin; x < end; ++x)
+            sumAround(std::span(across).subspan(x), height, width, std::span(around).subspan(x));
+    });
+    parallelFor(own.size(), kRowsAtOnce * 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            const double neighbours = around[p].count - own[p].count;
+            if (neighbours == 0)
+                continue;
+            const double deviation = std::max(0.0, around[p].sum - own[p].sum) / neighbours;
+            const auto weight = float(scale / (scale + deviation * deviation));
+            for (std::size_t k = p * channels; k < (p + 1) * channels; ++k)
+                adjoint.values[k] *= weight;
+        }
+    });
+}
+
+} // namespace cmpg
