@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 namespace cmpg {
@@ -18,7 +17,7 @@ constexpr std::size_t kRowsAtOnce = 16;
 
 // Standard deviations, and the number of pixels that they are of.
 struct Deviations {
-    double sum = 0, count = 0;
+    float sum = 0, count = 0;
     Deviations& operator+=(const Deviations& other) {
         sum += other.sum;
         count += other.count;
@@ -26,15 +25,13 @@ struct Deviations {
     }
 };
 
-// Sums over the places within kReach of each of `count`, `stride` apart.
-void sumAround(std::span<const Deviations> from, std::size_t count, std::size_t stride, std::span<Deviations> to) {
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t first = i - std::min(i, kReach), last = std::min(i + kReach, count - 1);
-        Deviations sum;
-        for (std::size_t k = first; k <= last; ++k)
-            sum += from[k * stride];
-        to[i * stride] = sum;
-    }
+// The sum over the places within kReach of place `i` of `count`, which are `stride` apart.
+Deviations sumAround(const Deviations* from, std::size_t i, std::size_t count, std::size_t stride) {
+    const std::size_t first = i - std::min(i, kReach), last = std::min(i + kReach, count - 1);
+    Deviations sum;
+    for (std::size_t k = first; k <= last; ++k)
+        sum += from[k * stride];
+    return sum;
 }
 
 } // namespace
@@ -52,36 +49,36 @@ void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& t
             square += half * half * (loss == Loss::RelativeMse ? 1 / (y * y + kLossEpsilon) : 1);
         }
         if (std::isfinite(square))
-            own[p] = {std::sqrt(square / double(channels)), 1};
+            own[p] = {float(std::sqrt(square / double(channels))), 1};
     }
     double variance = 0, count = 0;
     for (const Deviations& pixel : own) {
-        variance += pixel.sum * pixel.sum;
+        variance += double(pixel.sum) * pixel.sum;
         count += pixel.count;
     }
     const double scale = count > 0 ? variance / count + std::max(0.0, value) : 0;
     if (!(scale > 0) || !std::isfinite(scale))
         return; // an image without noise, or without anything to compare
 
-    std::vector<Deviations> across(own.size()), around(own.size());
+    std::vector<Deviations> across(own.size());
     parallelFor(height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y)
-            sumAround(std::span(own).subspan(y * width), width, 1, std::span(across).subspan(y * width));
+            for (std::size_t x = 0; x < width; ++x)
+                across[y * width + x] = sumAround(own.data() + y * width, x, width, 1);
     });
-    parallelFor(width, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t x = begin; x < end; ++x)
-            sumAround(std::span(across).subspan(x), height, width, std::span(around).subspan(x));
-    });
-    parallelFor(own.size(), kRowsAtOnce * 1024, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) {
-            const double neighbours = around[p].count - own[p].count;
-            if (neighbours == 0)
-                continue;
-            const double deviation = std::max(0.0, around[p].sum - own[p].sum) / neighbours;
-            const auto weight = float(scale / (scale + deviation * deviation));
-            for (std::size_t k = p * channels; k < (p + 1) * channels; ++k)
-                adjoint.values[k] *= weight;
-        }
+    parallelFor(height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t y = begin; y < end; ++y)
+            for (std::size_t x = 0; x < width; ++x) {
+                const std::size_t p = y * width + x;
+                const Deviations around = sumAround(across.data() + x, y, height, width);
+                const float neighbours = around.count - own[p].count;
+                if (neighbours == 0)
+                    continue;
+                const double deviation = std::max(0.f, around.sum - own[p].sum) / neighbours;
+                const auto weight = float(scale / (scale + deviation * deviation));
+                for (std::size_t k = p * channels; k < (p + 1) * channels; ++k)
+                    adjoint.values[k] *= weight;
+            }
     });
 }
 
