@@ -3,7 +3,6 @@
 
 #include "base/parallel.h"
 #include "optimize/losses.h"
-#include "optimize/ordered_sum.h"
 
 #include <algorithm>
 #include <cmath>
