@@ -140,7 +140,7 @@ class Recovery {
 
     std::vector<ParameterInfo> parameters() const;
     std::vector<float> values(const std::string& parameter) const;     // current ones; Error(Usage) for what is not recovered
-    std::vector<double> gradient(const std::string& parameter) const;  // of the last step, regulariser included; zeros before the first
+    std::vector<double> gradient(const std::string& parameter) const;  // of the last step, regulariser and weights of noisy pixels included; zeros before the first
     GradientErrors errors() const; // of the steps so far
     // What all passes since the recovery was made cost and left out, and how directions are drawn now. Of its seconds, those of learning.
     PassReport report() const;

@@ -45,7 +45,7 @@ void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& t
         double square = 0;
         for (std::size_t k = p * channels; k < (p + 1) * channels; ++k) {
             const double y = target.image.values[k], half = 0.5 * (double(halves[0].values[k]) - double(halves[1].values[k]));
-            square += half * half * (loss == Loss::RelativeMse ? 1 / (y * y + kLossEpsilon) : 1);
+            square += lossTerm(loss, y + half, y).value; // in the unit of the loss
         }
         if (std::isfinite(square))
             own[p] = {float(std::sqrt(square / double(channels))), 1};
