@@ -238,11 +238,8 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     }
     losses_[view] = {loss.value, loss.error, true};
     report.dropped += loss.nonFinite;
-    if (const double most = tolerance_[view]; most > 0) {
-        constexpr double kLeast = 1e-4; // of the most: targets without any noise
-        const double expected = expectedLoss(config_.loss, image, target, shares_[view], most);
-        information_ += loss.values / std::clamp(expected, kLeast * most, most) / viewShare_; // of all views
-    }
+    if (const double tolerated = tolerance_[view]; tolerated > 0)
+        information_ += loss.values / expectedLoss(config_.loss, image, target, shares_[view], tolerated) / viewShare_; // of all views
     report.samples += image.paths;
 
     const ScopedTime time(report.secondsGradient);

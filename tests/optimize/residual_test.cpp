@@ -55,6 +55,22 @@ TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
     EXPECT_LT(expected, tolerated);
 }
 
+// A quarter of the noise, where that is more than what is tolerated; an error beyond the noise makes no image trusted less than that.
+TEST(Residual, ANoisyImageIsTrustedLess) {
+    const Target target = grey(64, 64, 0.2f);
+    const double tolerated = toleratedLoss(Loss::Mse, target); // 0.02 squared
+    const auto expected = [&](float noise, float error) {
+        RunningImage running;
+        running.half = {Image(64, 64, 3, 0.2f + error + noise), Image(64, 64, 3, 0.2f + error - noise)};
+        return expectedLoss(Loss::Mse, running, target, {}, tolerated);
+    };
+    EXPECT_NEAR(expected(0.01f, 0), 2 * 0.01 * 0.01, 1e-7);
+    EXPECT_NEAR(expected(0.025f, 0), tolerated, 1e-7);
+    EXPECT_NEAR(expected(0.001f, 0.1f), tolerated, 1e-7);
+    EXPECT_NEAR(expected(0.1f, 0), 0.25 * 2 * 0.1 * 0.1, 1e-6);
+    EXPECT_NEAR(expected(0.1f, 0.1f), 0.25 * 2 * 0.1 * 0.1, 1e-6);
+}
+
 // The scale of a Laplace distribution is its mean distance, that of a normal one the root of its mean square.
 TEST(Residual, ALinearLossExpectsTheMeanDistance) {
     const Target target = grey(64, 64, 0.2f);
