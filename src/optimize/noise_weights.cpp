@@ -39,17 +39,19 @@ void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& t
     const auto width = std::size_t(adjoint.width), height = std::size_t(adjoint.height);
     const std::size_t channels = std::size_t(adjoint.channels);
     std::vector<Deviations> own(width * height);
-    for (std::size_t p = 0; p < own.size(); ++p) {
-        if (!target.mask.empty() && target.mask[p] == 0) // the target may hold anything there
-            continue;
-        double square = 0;
-        for (std::size_t k = p * channels; k < (p + 1) * channels; ++k) {
-            const double y = target.image.values[k], half = 0.5 * (double(halves[0].values[k]) - double(halves[1].values[k]));
-            square += lossTerm(loss, y + half, y).value; // in the unit of the loss
+    parallelFor(own.size(), kRowsAtOnce * width, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            if (!target.mask.empty() && target.mask[p] == 0) // the target may hold anything there
+                continue;
+            double square = 0;
+            for (std::size_t k = p * channels; k < (p + 1) * channels; ++k) {
+                const double y = target.image.values[k], half = 0.5 * (double(halves[0].values[k]) - double(halves[1].values[k]));
+                square += lossTerm(loss, y + half, y).value; // in the unit of the loss
+            }
+            if (std::isfinite(square))
+                own[p] = {float(std::sqrt(square / double(channels))), 1};
         }
-        if (std::isfinite(square))
-            own[p] = {float(std::sqrt(square / double(channels))), 1};
-    }
+    });
     double variance = 0, count = 0;
     for (const Deviations& pixel : own) {
         variance += double(pixel.sum) * pixel.sum;
