@@ -1,5 +1,5 @@
-"""Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane before a picture,
-a tabletop with maps of all that it is."""
+"""Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane or a slab of glass
+before a picture, a ball of glass over a floor, a tabletop with maps of all that it is."""
 import math
 import random
 
@@ -94,6 +94,41 @@ def showcase():
     return g
 
 
+def slab():
+    """A picture behind a closed slab of glass in a room with a small lamp, which only chance finds from there."""
+    g = Gltf(max_depth=8)
+    g.material("picture", texture=texture(g, clouds))
+    g.material("white", (0.75, 0.75, 0.75))
+    g.material("red", (0.7, 0.3, 0.2))
+    g.material("green", (0.2, 0.6, 0.3))
+    g.material("light", (0, 0, 0), emission=(25, 25, 25))
+    g.material("slab", (1, 1, 1), roughness=0, specular=1, glass="solid", ior=1.5)
+    g.mesh("room", Mesh().quad((-2, -1, 2), (2, -1, 2), (2, -1, -2), (-2, -1, -2)).quad((-2, 1.5, -2), (2, 1.5, -2), (2, 1.5, 2), (-2, 1.5, 2))
+           .quad((-2, -1, -2), (2, -1, -2), (2, 1.5, -2), (-2, 1.5, -2)), "white")
+    g.mesh("left", Mesh().quad((-2, -1, 2), (-2, -1, -2), (-2, 1.5, -2), (-2, 1.5, 2)), "red")
+    g.mesh("right", Mesh().quad((2, -1, -2), (2, -1, 2), (2, 1.5, 2), (2, 1.5, -2)), "green")
+    g.mesh("picture", Mesh().quad((-0.8, -0.8, -1), (0.8, -0.8, -1), (0.8, 0.8, -1), (-0.8, 0.8, -1)), "picture")
+    g.mesh("slab", Mesh().box((-1, -0.95, -0.65), (1, 0.95, -0.55)), "slab")
+    g.mesh("light", Mesh().quad((-0.4, 1.45, -0.4), (0.4, 1.45, -0.4), (0.4, 1.45, 0.4), (-0.4, 1.45, 0.4)), "light")
+    g.camera("front", (0, 0.1, 2.5), (0, 0.1, 0), 45)
+    return g
+
+
+def caustic():
+    """A floor whose texture repeats, below a ball of glass: the bright dots of the caustic are the noise of a few texels."""
+    g = Gltf(max_depth=8)
+    g.material("floor", texture=texture(g, clouds, 32, 32, wrap=REPEAT))
+    g.material("light", (0, 0, 0), emission=(20, 20, 20))
+    g.material("ball", (1, 1, 1), roughness=0, specular=1, glass="solid", ior=1.5)
+    floor = Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2))
+    floor.uvs = [(3 * u, 3 * v) for u, v in floor.uvs]
+    g.mesh("floor", floor, "floor")
+    g.mesh("ball", Mesh().sphere((-0.5, 0.5, -0.5), 0.5, 96, 48), "ball")
+    g.mesh("light", Mesh().quad((-0.5, 2.5, -0.5), (0.5, 2.5, -0.5), (0.5, 2.5, 0.5), (-0.5, 2.5, 0.5)), "light")
+    g.camera("front", (0, 2, 3.2), (0, 0, 0), 45)
+    return g
+
+
 def screen():
     """A screen is the only light of a room: what it shows is what is unknown."""
     g = Gltf(max_depth=6)
@@ -149,4 +184,4 @@ def tiles():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, screen, lamps, tiles)}
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, caustic, screen, lamps, tiles)}
