@@ -50,17 +50,16 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
                     evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
 }
 
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain) {
     const bool squared = isSquared(loss);
     const double largest = squared ? 1000 : 30; // times what is tolerated: three times the target's mean
     const std::optional<Residual> found = residual(loss, image, target, shares, largest * tolerated);
     if (!found)
         return tolerated;
-    constexpr double kLeast = 1e-4;   // of what is tolerated: targets without any noise
-    constexpr double kCertain = 0.25; // of the noise, which is that of few pixels for the most part
+    constexpr double kLeast = 1e-4; // of what is tolerated: targets without any noise
     const double noise = squared ? 2 * (found->whole - found->beyond) : 0;
     const double expected = squared ? noise + 2 * std::max(0.0, found->beyond) : found->whole;
-    return std::clamp(expected, kLeast * tolerated, std::max(tolerated, kCertain * noise));
+    return std::clamp(expected, kLeast * tolerated, std::max(tolerated, certain * noise));
 }
 
 } // namespace cmpg

@@ -28,11 +28,14 @@ struct Residual {
 std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
                                  double most = std::numeric_limits<double>::infinity());
 
+// Of the noise's mean square, how much counts below: most of it is of few pixels.
+constexpr double kCertainNoise = 0.25;
+
 // As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
 // the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.
 // An error of a pixel far above `tolerated` tells little: it is the edge
 // of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. At most `tolerated`, since an image may be off
-// because values are, or, of a squared loss, a quarter of the noise where that is more: texels would fit noise otherwise. `tolerated` where no pixel answers.
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated);
+// because values are, or, of a squared loss, `certain` times the noise where that is more: texels would fit it otherwise. `tolerated` where no pixel answers.
+double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain);
 
 } // namespace cmpg

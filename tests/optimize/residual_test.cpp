@@ -46,11 +46,11 @@ TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
     const Target target = grey(64, 64, 0.2f);
     const double tolerated = toleratedLoss(Loss::Mse, target);
     Image image(64, 64, 3, 0.21f);
-    const double clean = expectedLoss(Loss::Mse, both(image), target, {}, tolerated);
+    const double clean = expectedLoss(Loss::Mse, both(image), target, {}, tolerated, kCertainNoise);
     EXPECT_NEAR(clean, 2 * 1e-4, 1e-7);
     image.at(7, 5)[1] = 10;
     EXPECT_GT(2 * residual(Loss::Mse, both(image), target, {})->whole, 10 * tolerated);
-    const double expected = expectedLoss(Loss::Mse, both(image), target, {}, tolerated);
+    const double expected = expectedLoss(Loss::Mse, both(image), target, {}, tolerated, kCertainNoise);
     EXPECT_NEAR(expected, clean + 2 * 1000 * tolerated / (64 * 64), 1e-5);
     EXPECT_LT(expected, tolerated);
 }
@@ -59,16 +59,19 @@ TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
 TEST(Residual, ANoisyImageIsTrustedLess) {
     const Target target = grey(64, 64, 0.2f);
     const double tolerated = toleratedLoss(Loss::Mse, target); // 0.02 squared
+    double certain = kCertainNoise;
     const auto expected = [&](float noise, float error) {
         RunningImage running;
         running.half = {Image(64, 64, 3, 0.2f + error + noise), Image(64, 64, 3, 0.2f + error - noise)};
-        return expectedLoss(Loss::Mse, running, target, {}, tolerated);
+        return expectedLoss(Loss::Mse, running, target, {}, tolerated, certain);
     };
     EXPECT_NEAR(expected(0.01f, 0), 2 * 0.01 * 0.01, 1e-7);
     EXPECT_NEAR(expected(0.025f, 0), tolerated, 1e-7);
     EXPECT_NEAR(expected(0.001f, 0.1f), tolerated, 1e-7);
     EXPECT_NEAR(expected(0.1f, 0), 0.25 * 2 * 0.1 * 0.1, 1e-6);
     EXPECT_NEAR(expected(0.1f, 0.1f), 0.25 * 2 * 0.1 * 0.1, 1e-6);
+    certain = 0;
+    EXPECT_NEAR(expected(0.1f, 0.1f), tolerated, 1e-7);
 }
 
 // The scale of a Laplace distribution is its mean distance, that of a normal one the root of its mean square.
@@ -77,11 +80,11 @@ TEST(Residual, ALinearLossExpectsTheMeanDistance) {
     const Image image(64, 64, 3, 0.21f);
     for (const auto& [loss, expected] : {std::pair{Loss::L1, 0.01}, {Loss::Smape, 0.01 / (0.41 + kLossEpsilon)}}) {
         const double tolerated = toleratedLoss(loss, target);
-        EXPECT_NEAR(expectedLoss(loss, both(image), target, {}, tolerated), expected, 1e-4 * expected);
+        EXPECT_NEAR(expectedLoss(loss, both(image), target, {}, tolerated, kCertainNoise), expected, 1e-4 * expected);
         EXPECT_LT(expected, tolerated);
         Image bright = image;
         bright.at(7, 5)[1] = 100;
-        EXPECT_LT(expectedLoss(loss, both(bright), target, {}, tolerated), 1.02 * expected) << "one pixel met a lamp by chance";
+        EXPECT_LT(expectedLoss(loss, both(bright), target, {}, tolerated, kCertainNoise), 1.02 * expected) << "one pixel met a lamp by chance";
     }
 }
 
