@@ -2,6 +2,7 @@
 #include "linear_model.h"
 #include "base/error.h"
 #include "optimize/optimize.h"
+#include "optimize/residual.h"
 
 #include <gtest/gtest.h>
 #include <iostream>
@@ -194,6 +195,30 @@ TEST(GaussNewton, PriorStaysWhereTargetsAreNoisy) {
     constexpr double kOff = 0.02, kEntries = 48, kValues = 2 * 16 * 16 * 3;
     EXPECT_NEAR(weight(kOff) / (8 * kEntries * 2 * kOff * kOff / kValues), 1, 0.2);
     EXPECT_LT(weight(0), 0.1 * weight(kOff));
+}
+
+// Images that are noisier than what is tolerated are trusted as little as their noise asks for; by Adam, as much as what is tolerated allows.
+TEST(GaussNewton, PriorGrowsWhereImagesAreNoisy) {
+    constexpr double kNoise = 20, kEntries = 48, kValues = 16 * 16 * 3; // of a sample, times its value; of a view
+    const std::vector<Target> targets = makeTargets(2, 16, 16);
+    double information = 0;
+    for (const Target& target : targets)
+        information += kValues / toleratedLoss(Loss::Mse, target);
+    const auto weight = [&](OptimizerKind kind) { // over that of an image that is off by what is tolerated
+        Scene scene = makeScene();
+        LinearModel model(scene, 2, 16, 16, kNoise);
+        OptimizeConfig config = newtonConfig(kind);
+        config.targets = targets;
+        config.prior = 8;
+        Optimization run(model, scene, config, {0, 1});
+        while (run.state().step < 3)
+            run.step();
+        std::vector<double> ignored(scene.parameters[0].entries());
+        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorEpsilon);
+        return run.step().regularizer / variation / (8 * kEntries / information);
+    };
+    EXPECT_GT(weight(OptimizerKind::Auto), 10);
+    EXPECT_NEAR(weight(OptimizerKind::Adam), 1, 0.01);
 }
 
 // A texture of light, recovered from one noisy view that shows it `brightness` times as bright, from a hundredth of that.
