@@ -238,8 +238,9 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     losses_[view] = {loss.value, loss.error, true};
     report.dropped += loss.nonFinite;
     if (const double tolerated = tolerance_[view]; tolerated > 0) {
-        // Adam moves texels at its rate, whatever the noise: a prior that outweighs it lets none of them arrive.
-        const double certain = newton() ? kCertainNoise : 0;
+        // Adam moves texels at its rate, whatever the noise: a prior that outweighs it lets none of them arrive. And where views take turns, an image is of few
+        // samples, while the texture knows what those before it told.
+        const double certain = newton() && viewShare_ == 1 ? kCertainNoise : 0;
         information_ += loss.values / expectedLoss(config_.loss, image, target, shares_[view], tolerated, certain) / viewShare_; // of all views
     }
     report.samples += image.paths;
