@@ -113,7 +113,7 @@ StepReport Optimization::step() {
     losses_ = state_.losses;
     losses_.resize(model_.views());
     known_.clear();
-    information_ = 0;
+    information_.assign(parameters_.size(), 0.0);
     curvature_.clear();
     peak_.clear();
     shares_ = state_.pixelShares;
@@ -241,7 +241,9 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
         // Adam moves texels at its rate, whatever the noise: a prior that outweighs it lets none of them arrive. And where views take turns, an image is of few
         // samples, while the texture knows what those before it told.
         const double certain = newton() && viewShare_ == 1 ? kCertainNoise : 0;
-        information_ += loss.values / expectedLoss(config_.loss, image, target, shares_[view], tolerated, certain) / viewShare_; // of all views
+        const ExpectedLoss expected = expectedLoss(config_.loss, image, target, shares_[view], tolerated, certain);
+        for (std::size_t i = 0; i < parameters_.size(); ++i) // of all views
+            information_[i] += loss.values / expected.beside(config_.texelsPerPixel.empty() ? 0 : config_.texelsPerPixel[i]) / viewShare_;
     }
     report.samples += image.paths;
 
@@ -300,8 +302,8 @@ void Optimization::sumUp(StepReport& report) {
         };
         if (config_.totalVariation != 0)
             know(config_.totalVariation, kTotalVariationEpsilon);
-        if (const double unit = priorUnit(parameter); config_.prior > 0 && information_ > 0 && unit > 0)
-            know(config_.prior / information_ * double(parameter.entries()) / unit, kPriorEpsilon * unit);
+        if (const double unit = priorUnit(parameter); config_.prior > 0 && information_[i] > 0 && unit > 0)
+            know(config_.prior / information_[i] * double(parameter.entries()) / unit, kPriorEpsilon * unit);
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;

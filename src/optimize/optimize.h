@@ -34,6 +34,7 @@ struct OptimizeConfig {
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;
+    std::vector<double> texelsPerPixel{}; // of the parameters, along the edge of a pixel (texelsPerPixel()); the prior of finer textures is weaker. Empty: of none
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
     // views or more, one at first and more later (ViewOrder).
     std::uint32_t viewsPerStep = 0;
@@ -195,7 +196,7 @@ class Optimization {
     double rateFactor_ = 1;
     std::vector<double> tolerance_; // of each view's loss, beside the prior
     double viewShare_ = 1;          // of the views that the step sees, of all
-    double information_ = 0;        // of the step's images, as if it saw all: the sum over the views of values / tolerated loss
+    std::vector<double> information_;             // of the step's images for a parameter, as if it saw all: the sum over the views of values / expected loss
     std::vector<std::vector<double>> gradients_;
     std::vector<std::vector<double>> noise_;      // of the step's derivative passes, where they come in halves: half of how these differ
     std::vector<TotalVariationBound> known_;      // of the step

@@ -1,14 +1,23 @@
 // A recovery put together.
 #include "optimize/recovery_run.h"
 
+#include "optimize/texel_footprint.h"
+
 namespace cmpg {
 
 RecoveryRun::RecoveryRun(Renderer& renderer, GuidedPasses& passes, Scene& scene, std::vector<std::uint32_t> parameters, Steps steps)
     : passes_(passes), imageMode_(carriesImages(steps.config) ? Renderer::Mode::Difference : Renderer::Mode::Render),
-      model_(renderer, passes, std::move(steps.views), steps.freeze) {
+      model_(renderer, passes, steps.views, steps.freeze) {
     renderer.expect({imageMode_, Renderer::Mode::Reverse});
     if (steps.wrap)
         wrapped_ = steps.wrap(model_);
+    if (steps.config.prior > 0) {
+        std::vector<CameraRays> pictures;
+        for (const View& view : steps.views)
+            pictures.emplace_back(*view.camera, view.width, view.height);
+        for (const std::uint32_t parameter : parameters)
+            steps.config.texelsPerPixel.push_back(texelsPerPixel(scene, parameter, pictures));
+    }
     optimization_.emplace(model(), scene, std::move(steps.config), std::move(parameters), std::move(steps.start));
 }
 

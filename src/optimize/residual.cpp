@@ -50,16 +50,20 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
                     evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
 }
 
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain) {
+double ExpectedLoss::beside(double texelsPerPixel) const {
+    return std::max(error / std::max(1.0, texelsPerPixel / kTexelsOfPrior), noise);
+}
+
+ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain) {
     const bool squared = isSquared(loss);
     const double largest = squared ? 1000 : 30; // times what is tolerated: three times the target's mean
     const std::optional<Residual> found = residual(loss, image, target, shares, largest * tolerated);
     if (!found)
-        return tolerated;
+        return {tolerated, 0};
     constexpr double kLeast = 1e-4; // of what is tolerated: targets without any noise
     const double noise = squared ? 2 * (found->whole - found->beyond) : 0;
     const double expected = squared ? noise + 2 * std::max(0.0, found->beyond) : found->whole;
-    return std::clamp(expected, kLeast * tolerated, std::max(tolerated, certain * noise));
+    return {std::clamp(expected, kLeast * tolerated, tolerated), std::min(expected, certain * noise)};
 }
 
 } // namespace cmpg

@@ -31,11 +31,21 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
 // Of the noise's mean square, how much counts below: most of it is of few pixels.
 constexpr double kCertainNoise = 0.25;
 
+// What a prior of textures weighs beside an image.
+struct ExpectedLoss {
+    double error = 0; // as likely as the errors of the image are, but at most what is tolerated
+    double noise = 0; // of a squared loss: what is certain of the image's noise
+    // For a texture of which a pixel sees so many texels along its edge. An edge of what it shows is as many differences of texels longer, and the
+    // image tells no more of it. Where the noise is what the prior guards against, all of it is needed.
+    double beside(double texelsPerPixel) const;
+};
+constexpr double kTexelsOfPrior = 3; // along the edge of a pixel, up to which the prior is as it is told
+
 // As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
 // the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.
 // An error of a pixel far above `tolerated` tells little: it is the edge
 // of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. At most `tolerated`, since an image may be off
 // because values are, or, of a squared loss, `certain` times the noise where that is more: texels would fit it otherwise. `tolerated` where no pixel answers.
-double expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain);
+ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain);
 
 } // namespace cmpg

@@ -86,6 +86,11 @@ CameraRays::Ray CameraRays::at(float x, float y) const {
     return {origin_, glm::normalize(across + forward_)};
 }
 
+glm::vec4 CameraRays::project(const glm::vec3& point) const {
+    const glm::vec3 place = glm::inverse(glm::mat3(right_, up_, forward_)) * (point - origin_);
+    return {place, orthographic_ ? 1 : place.z};
+}
+
 std::optional<SurfaceHit> castRay(const Scene& scene, const CameraRays::Ray& ray) {
     Nearest best;
     std::mutex mutex;

@@ -15,6 +15,10 @@ class CameraRays {
         glm::vec3 origin, direction; // unit length
     };
     Ray at(float x, float y) const; // raster position: (0,0) is the top left corner of the top left pixel
+    // Where a point is in the picture: (x w, y w, depth, w), with x and y from -1, left and below, to 1. Depth is above 0 before the camera; w is 1
+    // of an orthographic camera, else the depth.
+    glm::vec4 project(const glm::vec3& point) const;
+    double pixels() const { return double(width_) * height_; }
 
   private:
     int width_, height_;
