@@ -1,5 +1,5 @@
 """Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane or a slab of glass
-before a picture, a ball of glass over a floor, a tabletop with maps of all that it is."""
+before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is."""
 import math
 import random
 
@@ -24,6 +24,12 @@ def letters(u, v):
     kind = (column * 7919 + row * 104729 + column * row * 31) % 5
     ink = 0.15 < y < 0.8 and (x < 0.3, abs(x - 0.5) < 0.15, y < 0.4, abs(x - y) < 0.2, False)[kind]
     return (25, 25, 40) if ink else (238, 232, 215)
+
+
+def printed(u, v):
+    """Large letters over waves: a poster has edges and shades."""
+    ink = letters(0.4 * u, 0.5 * v)
+    return ink if ink[0] < 100 else clouds(u, v)
 
 
 def texture(g, picture, width=64, height=64, **more):
@@ -114,6 +120,24 @@ def slab():
     return g
 
 
+def poster():
+    """A poster on the far wall of a room: its texture is ten times as fine as the picture of it."""
+    g = Gltf(max_depth=6)
+    g.material("poster", texture=texture(g, printed, 512, 512))
+    g.material("wall", (0.7, 0.68, 0.62))
+    g.material("floor", (0.35, 0.25, 0.18))
+    g.material("box", (0.3, 0.45, 0.6))
+    g.material("light", (0, 0, 0), emission=(14, 13, 11))
+    g.mesh("walls", Mesh().quad((-2, 0, -2), (2, 0, -2), (2, 2.6, -2), (-2, 2.6, -2)).quad((-2, 0, 2), (-2, 0, -2), (-2, 2.6, -2), (-2, 2.6, 2))
+           .quad((-2, 2.6, -2), (2, 2.6, -2), (2, 2.6, 2), (-2, 2.6, 2)), "wall")
+    g.mesh("floor", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "floor")
+    g.mesh("poster", Mesh().quad((-0.9, 0.7, -1.98), (0.7, 0.7, -1.98), (0.7, 2.3, -1.98), (-0.9, 2.3, -1.98)), "poster")
+    g.mesh("box", Mesh().box((0.6, 0, -1.5), (1.4, 0.9, -0.7)), "box")
+    g.mesh("light", Mesh().quad((-0.5, 2.58, -0.6), (0.5, 2.58, -0.6), (0.5, 2.58, 0.2), (-0.5, 2.58, 0.2)), "light")
+    g.camera("front", (0.5, 1.4, 2.4), (-0.1, 1.35, -2), 48)
+    return g
+
+
 def caustic():
     """A floor whose texture repeats, below a ball of glass: the bright dots of the caustic are the noise of a few texels."""
     g = Gltf(max_depth=8)
@@ -184,4 +208,4 @@ def tiles():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, caustic, screen, lamps, tiles)}
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles)}

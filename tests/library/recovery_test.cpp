@@ -69,6 +69,32 @@ TEST(LibraryRecovery, FindsTheColourOfASheen) {
         EXPECT_NEAR(found[c], truth[c], 0.02) << c;
 }
 
+// Twelve texels along the edge of a pixel: with a prior as heavy as that of coarse ones the error is 0.02.
+TEST(LibraryRecovery, HoldsFineTexturesLess) {
+    constexpr std::uint32_t kSize = 192, kSquare = 48;
+    Scene scene = Scene::load(kBox);
+    scene.resize(kPainting, kSize, kSize);
+    std::vector<float> truth;
+    for (std::uint32_t i = 0; i < kSize * kSize; ++i) {
+        const float value = (i % kSize / kSquare + i / kSize / kSquare) % 2 == 0 ? 0.8f : 0.2f;
+        truth.insert(truth.end(), {value, 0.8f * value, 0.6f * value});
+    }
+    scene.set(kPainting, truth);
+    const Target target{"", Renderer(device(), scene).render({.width = 48, .height = 48, .spp = 256})};
+    scene.set(kPainting, std::vector{0.5f});
+    RecoveryOptions options;
+    options.parameters = {kPainting};
+    options.steps = 15;
+    Recovery recovery(device(), scene, {target}, options);
+    while (!recovery.done())
+        recovery.step();
+    const std::vector<float> found = recovery.values(kPainting);
+    double square = 0;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        square += (double(found[i]) - truth[i]) * (double(found[i]) - truth[i]);
+    EXPECT_LT(square / double(found.size()), 0.014);
+}
+
 TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
     RecoveryOptions options = paintingOptions();
     options.viewsPerStep = 0;

@@ -3,7 +3,7 @@
 #include "scene/scene_file.h"
 
 #include "optimize/recovery_config.h"
-#include "optimize/renderer_model.h"
+#include "optimize/recovery_run.h"
 #include "session/library_options.h"
 #include "session/parameter_values.h"
 #include "session/targets.h"
@@ -51,13 +51,12 @@ class LiveOptimize : public testing::Test {
         Renderer renderer(device, scene, render);
         GuidedPasses passes(renderer, {.sampling = options_.sampling});
         passes.setLearning(true);
-        RendererModel model(renderer, passes, {{&scene.cameras.front(), kEdge, kEdge}});
         OptimizeConfig config = configOf(recoveryOptions(options_, 0));
         config.targets = {loadTarget(options_.target[0])};
-        Optimization run(model, scene, config, parameters);
+        RecoveryRun run(renderer, passes, scene, parameters, {.config = config, .views = {{&scene.cameras.front(), kEdge, kEdge}}});
         std::vector<double> loss;
         for (std::uint32_t i = 0; i < steps; ++i)
-            loss.push_back(run.step().loss);
+            loss.push_back(run.optimization().step().loss);
         if (values)
             *values = scene.parameters[parameters[0]].values;
         return loss;
