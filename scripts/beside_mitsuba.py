@@ -75,5 +75,9 @@ class Display:
         for _ in range(channels):
             at = packet.index(0, at) + 1
         _, y, width, height = struct.unpack_from("<4i", packet, at)
-        assert y == 0, "a texture that fits into one packet is expected"
-        self.images.append((now, width, height, packet[at + 16 + 16 * channels:]))
+        floats = packet[at + 16 + 16 * channels:]
+        if y > 0:  # a large image comes in several packets, of whole rows
+            _, _, above, before = self.images.pop()
+            assert y == above, "rows of an image are missing"
+            height, floats = y + height, before + floats
+        self.images.append((now, width, height, floats))

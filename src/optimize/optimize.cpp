@@ -131,6 +131,7 @@ StepReport Optimization::step() {
     model_.endStep();
     applyUpdate(report);
     publish(report);
+    state_.history.back() = recordOf(report); // with the seconds of the update
     return report;
 }
 

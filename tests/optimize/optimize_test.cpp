@@ -373,6 +373,15 @@ TEST(Optimize, ThePriorWeighsDifferencesAgainstImagesTrustedToTenPercent) {
     EXPECT_EQ(pulled[1], plain[1]); // light has none
 }
 
+TEST(Optimize, RecordsTheSecondsOfTheWholeStep) {
+    Scene scene = test::makeTruth();
+    LinearModel model(scene, 1, 8, 8, 0);
+    Optimization run(model, scene, makeConfig(1), {0, 1});
+    const StepReport report = run.step();
+    EXPECT_GT(report.secondsUpdate, 0);
+    EXPECT_EQ(run.state().history.back().secondsUpdate, report.secondsUpdate);
+}
+
 // What a mask hides says nothing about how far images are to be trusted.
 TEST(Optimize, ThePriorIsBlindToWhatAMaskHides) {
     const auto weight = [](float hidden) {
