@@ -3,14 +3,14 @@
 
 #include "optimize/ordered_sum.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kMostTriangles = 1 << 21; // in all pictures: a quarter of a second
+constexpr std::size_t kMostTriangles = 1 << 21; // in all pictures
 constexpr std::size_t kTrianglesAtOnce = 1 << 12;
 
 struct Corner {
@@ -69,9 +69,12 @@ double texelsPerPixel(const Scene& scene, std::uint32_t parameter, std::span<con
     const std::vector<glm::vec2>& uv = texture.texcoord == 0 ? g.uv0 : g.uv1;
     if (texture.kind == SlotKind::Radiance || texture.entries() == texture.channels || uv.empty())
         return 0;
+    const auto reads = [&](std::uint32_t material) {
+        return material != kNoMaterial && scene.materials[material].parameters[std::size_t(texture.kind)] == parameter;
+    };
     std::vector<std::uint32_t> triangles;
     for (std::size_t i = 0; i < g.triangles.size(); ++i)
-        if (scene.materials[g.triangles[i].material].parameters[std::size_t(texture.kind)] == parameter)
+        if (const std::uint32_t material = g.triangles[i].material; reads(material) || reads(scene.materials[material].blendWith))
             triangles.push_back(std::uint32_t(i));
     const std::size_t stride = 1 + triangles.size() * pictures.size() / kMostTriangles;
     const glm::vec2 size(texture.width, texture.height);

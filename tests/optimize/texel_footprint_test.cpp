@@ -48,6 +48,11 @@ TEST(TexelFootprint, FollowsCameraAndTexture) {
     EXPECT_NEAR(square.texels(16, 16), std::sqrt(64 * 32 / 64.0), 1e-5);
     square.scene.parameters[0].uvTransform = glm::mat3x2(3, 0, 0, 1, 0.2f, 0); // three copies beside each other
     EXPECT_NEAR(square.texels(16, 16), std::sqrt(3 * 64 * 32 / 64.0), 1e-5);
+    square.scene.materials.push_back(square.scene.materials[0]); // the square's own material blends with the one that reads the texture
+    std::swap(square.scene.materials[0].parameters[std::size_t(SlotKind::BaseColor)], square.scene.materials[0].parameters[std::size_t(SlotKind::Normal)]);
+    EXPECT_EQ(square.texels(16, 16), 0);
+    square.scene.materials[0].blendWith = 1;
+    EXPECT_NEAR(square.texels(16, 16), std::sqrt(3 * 64 * 32 / 64.0), 1e-5);
     square.scene.parameters[0].kind = SlotKind::Roughness; // no surface has it
     EXPECT_EQ(square.texels(16, 16), 0);
 }
