@@ -44,8 +44,8 @@ constexpr double kTexelsOfPrior = 3; // along the edge of a pixel, up to which t
 // As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
 // the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.
 // An error of a pixel far above `tolerated` tells little: it is the edge
-// of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. At most `tolerated`, since an image may be off
-// because values are, or, of a squared loss, `certain` times the noise where that is more: texels would fit it otherwise. `tolerated` where no pixel answers.
+// of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. The error is at most `tolerated`, since an image
+// may be off because values are; the noise counts `certain` times, since texels would fit it otherwise. `tolerated` where no pixel answers.
 ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain);
 
 } // namespace cmpg

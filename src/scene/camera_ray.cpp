@@ -77,6 +77,7 @@ CameraRays::CameraRays(const Camera& c, int width, int height) : width_(width), 
     up_ = glm::normalize(axes[1]) * halfHeight;
     forward_ = -glm::normalize(axes[2]);
     (orthographic_ ? origin_ : forward_) += halfHeight * (c.center.x * glm::normalize(axes[0]) + c.center.y * glm::normalize(axes[1]));
+    toPicture_ = glm::inverse(glm::mat3(right_, up_, forward_));
 }
 
 CameraRays::Ray CameraRays::at(float x, float y) const {
@@ -87,7 +88,7 @@ CameraRays::Ray CameraRays::at(float x, float y) const {
 }
 
 glm::vec4 CameraRays::project(const glm::vec3& point) const {
-    const glm::vec3 place = glm::inverse(glm::mat3(right_, up_, forward_)) * (point - origin_);
+    const glm::vec3 place = toPicture_ * (point - origin_);
     return {place, orthographic_ ? 1 : place.z};
 }
 

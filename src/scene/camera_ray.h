@@ -24,6 +24,7 @@ class CameraRays {
     int width_, height_;
     bool orthographic_;
     glm::vec3 origin_, right_, up_, forward_;
+    glm::mat3 toPicture_; // from what is left of a point without the origin
 };
 
 struct SurfaceHit {
