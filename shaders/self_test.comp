@@ -1,5 +1,6 @@
 // A little of all that the other kernels rely on, with known answers, for a device that is being opened: texel reads in uneven loops
-// over a stack, places handed out by a ballot, sums over subgroups and of 64-bit integers, structs in scalar layout, indirect dispatch.
+// over a stack, places handed out by a ballot, sums over subgroups and of 64-bit integers, structs in scalar layout, indirect dispatch,
+// uniform buffers that an earlier dispatch wrote.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -22,6 +23,7 @@ READ_VEC4(vectorAt, kBindTestVectors)
 READ_FLOAT(numberAt, kBindTestNumbers)
 READ_UINT(wordAt, kBindTestWords)
 layout(binding = kBindTestCounts, scalar) buffer Counts { SelfTestCounts counts; };
+layout(binding = kBindTestCountsHere, scalar) uniform Here { SelfTestCounts here; };
 layout(binding = kBindTestSum, scalar) buffer Sum { INTEGER_SUM sum; };
 layout(binding = kBindTestResults, scalar) writeonly buffer Results { SelfTestResult results[]; };
 
@@ -34,10 +36,13 @@ uint hash(uint item, uint node) {
 void main() {
     const uint item = globalIndex();
     if (push.stage == kSelfTestPrepare) {
-        if (item == 0u) counts.groups = groupCounts(push.items, gl_WorkGroupSize.x);
+        if (item == 0u) {
+            counts.groups = groupCounts(push.items, gl_WorkGroupSize.x);
+            counts.items = push.items;
+        }
         return;
     }
-    if (item >= push.items) return;
+    if (item >= here.items) return;
     SelfTestResult result = SelfTestResult(item, vec3(0), 0u, 0u);
     uint stack[kSelfTestStack];
     uint top = 1u;

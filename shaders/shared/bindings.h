@@ -78,6 +78,7 @@ CMPG_CONST kBindTestWords = 55; // uint
 CMPG_CONST kBindTestCounts = 56; // SelfTestCounts
 CMPG_CONST kBindTestSum = 57; // one 64-bit integer
 CMPG_CONST kBindTestResults = 58; // SelfTestResult
+CMPG_CONST kBindTestCountsHere = 62; // the counts as a uniform buffer, which another kernel wrote
 
 CMPG_SHARED_END
 #endif

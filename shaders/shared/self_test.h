@@ -7,7 +7,7 @@ CMPG_SHARED_BEGIN
 CMPG_CONST kSelfTestItems = 293; // four workgroups and a part of one
 CMPG_CONST kSelfTestInner = 31; // inner nodes of a complete binary tree, root first; its leaves follow
 CMPG_CONST kSelfTestStack = 8;
-CMPG_CONST kSelfTestPrepare = 0; // stage: writes the group counts of the other one
+CMPG_CONST kSelfTestPrepare = 0; // stage: writes the counts of items and groups of the other one
 CMPG_CONST kSelfTestCompute = 1;
 
 struct SelfTestPush {
@@ -17,6 +17,7 @@ struct SelfTestPush {
 
 struct SelfTestCounts {
     uvec3 groups;
+    uint items; // as the computing stage reads them from a uniform buffer
     uint places; // results written
     uint visits; // nodes visited by all items
 };

@@ -71,7 +71,8 @@ const vk::raii::CommandBuffer& Commands::Impl::recording() {
 }
 
 void Commands::Impl::barrier() {
-    const vk::MemoryBarrier all(Access::eShaderWrite | Access::eTransferWrite, Access::eShaderRead | Access::eShaderWrite |
+    // Reads of uniform buffers are no shader reads: GPUs cache them apart.
+    const vk::MemoryBarrier all(Access::eShaderWrite | Access::eTransferWrite, Access::eShaderRead | Access::eShaderWrite | Access::eUniformRead |
                                                                                    Access::eTransferRead | Access::eTransferWrite |
                                                                                    Access::eIndirectCommandRead);
     buffers[0].pipelineBarrier(Stage::eComputeShader | Stage::eTransfer,
