@@ -12,13 +12,18 @@ root = pathlib.Path(__file__).resolve().parent.parent
 sys.path += [str(root / "tests/reference"), str(root / "scenes")]
 
 
-def start_mitsuba(threads):
-    """(drjit, mitsuba) in the variant llvm_ad_rgb, with our materials registered."""
+def add_variant(parser):
+    parser.add_argument("--variant", default="llvm_ad_rgb", choices=["llvm_ad_rgb", "cuda_ad_rgb"],
+                        help="of Mitsuba (llvm_ad_rgb); cuda_ad_rgb on the GPU that cmpg-vk takes too")
+
+
+def start_mitsuba(threads, variant="llvm_ad_rgb"):
+    """(drjit, mitsuba) in a variant, with our materials registered."""
     if threads < 2:
         sys.exit("Mitsuba's thread pool stands still with one thread: give it two, and one core by taskset")
     import drjit as dr
     import mitsuba as mi
-    mi.set_variant("llvm_ad_rgb")  # before the modules that build on its types
+    mi.set_variant(variant)  # before the modules that build on its types
     import gltf_bsdf
     gltf_bsdf.register()
     dr.set_thread_count(threads)
@@ -32,6 +37,11 @@ def run_cmpg(program, arguments, threads, **environment):
     if done.returncode:
         sys.exit(f"{' '.join(command)}: exit code {done.returncode}")
     return done.stdout
+
+
+def shader_caches(folder):
+    """The environment by which cmpg-vk, Mesa and NVIDIA's driver keep compiled code in this folder alone."""
+    return {"XDG_CACHE_HOME": folder, "MESA_SHADER_CACHE_DIR": folder, "__GL_SHADER_DISK_CACHE_PATH": folder}
 
 
 class Display:

@@ -303,7 +303,7 @@ TEST(Features, PoolsHoldWhatPassesNeed) {
     const Room room;
     const auto pools = [&](FeatureRequest request, PoolNeeds needs) {
         const FeatureSet features = analyse(room.scene, request);
-        const Pools made(device(), features, needs, std::uint64_t(1) << 30);
+        const Pools made(device(), features, needs, std::uint64_t(2) << 30); // for the most paths that a batch has on a GPU
         return device().memory().buffers;
     };
     const std::uint32_t images = 1u << gpu::kModeRender, reverse = 1u << gpu::kModeReverse;

@@ -87,7 +87,8 @@ TEST(GuideLayers, ShowTheBalanceByDepth) {
     // An image is drawn by light alone; without anything learned nothing is drawn at all.
     s.renderer->render(s.view, 8, kKey, s.plan, &s.result, &layers);
     for (const Image& share : layers.lightShare)
-        EXPECT_EQ(share.values, std::vector<float>(share.values.size(), 1.0f));
+        for (const float of : share.values)
+            EXPECT_FLOAT_EQ(of, 1.0f); // a quotient of equals, which Vulkan lets be off by 2.5 units in the last place
     GuidedBench empty("furnace", {"*.baseColor"}, 16, guidedConfig(2));
     empty.plan = {.method = {Sampling::Conditional}};
     empty.renderer->forward(empty.view, 8, kKey, empty.config.differentiable, empty.ones(), empty.plan, &empty.result, &layers);
