@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace cmpg {
@@ -45,6 +46,33 @@ TEST(ParallelFor, RethrowsTheFirstRangesError) {
             message = error.what();
         }
         EXPECT_EQ(message, "50");
+    }
+}
+
+// Helpers are shared: calls from several threads, and calls within calls, neither wait for each other's helpers nor mix their ranges.
+TEST(ParallelFor, CallsWithinCallsFromSeveralThreads) {
+    constexpr std::size_t kCallers = 6, kOuter = 40, kInner = 100;
+    std::vector<std::atomic<int>> seen(kCallers * kOuter * kInner);
+    {
+        std::vector<std::jthread> callers;
+        for (std::size_t caller = 0; caller < kCallers; ++caller)
+            callers.emplace_back([&, caller] {
+                parallelFor(kOuter, 1, [&](std::size_t outer, std::size_t) {
+                    parallelFor(kInner, 7, [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i)
+                            ++seen[(caller * kOuter + outer) * kInner + i];
+                    });
+                });
+            });
+    }
+    EXPECT_TRUE(std::all_of(seen.begin(), seen.end(), [](const std::atomic<int>& times) { return times == 1; }));
+}
+
+TEST(ParallelFor, ManyShortCallsInARow) {
+    for (std::size_t repeat = 0; repeat < 20'000; ++repeat) {
+        std::atomic<std::size_t> sum = 0;
+        parallelFor(8, 1, [&](std::size_t begin, std::size_t) { sum += begin; });
+        ASSERT_EQ(sum, 28u);
     }
 }
 
