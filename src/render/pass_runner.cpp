@@ -127,7 +127,15 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
         if (pass.mode == kModeReverse)
             pools().adjoint.uploadAll(adjointTile(in, batch));
         submit(commands, batch.paths, batchSize);
-        counts = pools().counts.downloadAll<gpu::QueueCounts>(config_.maxDepth);
+        counts.resize(config_.maxDepth);
+        std::vector<Download> made{{&pools().counts, std::as_writable_bytes(std::span(counts))}};
+        if (film)
+            made.push_back({&pools().film, std::as_writable_bytes(std::span(tile))});
+        if (film && layers)
+            made.push_back({&pools().layerFilm, std::as_writable_bytes(std::span(layerTile))});
+        if (film && differences)
+            made.push_back({&pools().differenceFilm, std::as_writable_bytes(std::span(differenceTile))});
+        download(made);
         if (counts[0].overflow) {
             next = start;
             progress.most = std::max(1u, batch.paths / 2);
@@ -155,11 +163,6 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
             readFirstVertices(pass, batch, offsets, *in.firstVertices);
         if (!film)
             continue;
-        tile = pools().film.downloadAll<gpu::FilmPixel>(batch.pixels);
-        if (layers)
-            layerTile = pools().layerFilm.downloadAll<gpu::LayerSample>(batch.pixels);
-        if (differences)
-            differenceTile = pools().differenceFilm.downloadAll<gpu::FilmPixel>(batch.pixels);
         const auto gathered = [&](std::size_t i) {
             return Gathered{tile[i], differences ? differenceTile[i] : gpu::FilmPixel{}, layers ? layerTile[i] : gpu::LayerSample{}};
         };

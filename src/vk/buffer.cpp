@@ -84,7 +84,7 @@ Buffer::Buffer(Device& device, std::string name, std::uint64_t bytes, MemoryKind
     if (impl->raw.mapped)
         clear(impl->raw.mapped, created);
     else
-        device.impl().transfer([&](const auto& commands) { commands.fillBuffer(*impl->raw.buffer, 0, VK_WHOLE_SIZE, 0); });
+        device.impl().transfers->clear(*impl->raw.buffer);
     impl_ = std::move(impl);
 }
 
@@ -96,6 +96,10 @@ Buffer& Buffer::operator=(Buffer&&) noexcept = default;
 Buffer::Impl::~Impl() {
     if (!device)
         return;
+    try {
+        device->transfers->release(*raw.buffer);
+    } catch (const std::exception&) { // the device is lost, as the next submission will say
+    }
     MemoryUse& memory = device->memory;
     memory.current -= raw.allocated;
     memory.byKind[std::size_t(kind)] -= raw.allocated;
@@ -112,32 +116,27 @@ void Buffer::upload(std::span<const std::byte> bytes, std::uint64_t offset) {
         std::memcpy(impl_->raw.mapped + offset, bytes.data(), bytes.size());
         return;
     }
-    const RawBuffer& staging = impl_->device->stagingBuffer();
-    for (std::uint64_t done = 0; done < bytes.size();) {
-        const std::uint64_t part = std::min<std::uint64_t>(bytes.size() - done, kStagingBytes);
-        std::memcpy(staging.mapped, bytes.data() + done, part);
-        impl_->device->transfer([&](const auto& commands) {
-            commands.copyBuffer(*staging.buffer, *impl_->raw.buffer, vk::BufferCopy(0, offset + done, part));
-        });
-        done += part;
-    }
+    impl_->device->transfers->send(*impl_->raw.buffer, offset, bytes);
 }
 
 void Buffer::download(std::span<std::byte> bytes, std::uint64_t offset) const {
-    requireRange(*impl_, offset, bytes.size());
-    if (impl_->raw.mapped) {
-        std::memcpy(bytes.data(), impl_->raw.mapped + offset, bytes.size());
-        return;
+    const Download one{this, bytes, offset};
+    cmpg::download({&one, 1});
+}
+
+void download(std::span<const Download> downloads) {
+    std::vector<Transfers::Fetch> fetches;
+    Device::Impl* device = nullptr;
+    for (const auto& [from, to, offset] : downloads) {
+        const Buffer::Impl& buffer = *from->impl();
+        requireRange(buffer, offset, to.size());
+        if (buffer.raw.mapped)
+            std::memcpy(to.data(), buffer.raw.mapped + offset, to.size());
+        else
+            fetches.push_back({*buffer.raw.buffer, offset, to}), device = buffer.device;
     }
-    const RawBuffer& staging = impl_->device->stagingBuffer();
-    for (std::uint64_t done = 0; done < bytes.size();) {
-        const std::uint64_t part = std::min<std::uint64_t>(bytes.size() - done, kStagingBytes);
-        impl_->device->transfer([&](const auto& commands) {
-            commands.copyBuffer(*impl_->raw.buffer, *staging.buffer, vk::BufferCopy(offset + done, 0, part));
-        });
-        std::memcpy(bytes.data() + done, staging.mapped, part);
-        done += part;
-    }
+    if (device)
+        device->transfers->fetch(fetches);
 }
 
 vk::BufferView Buffer::Impl::view(std::uint64_t offset, std::uint64_t range) {

@@ -138,8 +138,12 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
     translating("creating the Vulkan device '" + info.name + "'", [&] {
         device = createDevice(physical, queueFamily, info, asked != Validation::Kernels); // the layers look where nothing is to be feared
         queue = device.getQueue(queueFamily, 0);
-        transferPool = device.createCommandPool({vk::CommandPoolCreateFlagBits::eResetCommandBuffer, queueFamily});
-        transferCommands = vk::raii::CommandBuffers(device, {*transferPool, vk::CommandBufferLevel::ePrimary, 1});
+        transfers.emplace(
+            device, queueFamily,
+            [this] {
+                return allocate("staging", kStagingBytes, vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst, Place::Staging);
+            },
+            [this](std::span<const vk::CommandBuffer> commands) { submitAndWait(commands); });
         fence = device.createFence({});
     });
     dummy = allocate("dummy", paddedTexelBytes(16),
@@ -147,7 +151,7 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
                      Place::Device);
     for (const Texel texel : {Texel::Rgba32f, Texel::Rgba32ui, Texel::R32f, Texel::R32ui})
         dummyViews.emplace(texel, device.createBufferView({{}, *dummy.buffer, texelFormat(texel), 0, VK_WHOLE_SIZE}));
-    transfer([&](const auto& commands) { commands.fillBuffer(*dummy.buffer, 0, VK_WHOLE_SIZE, 0); });
+    transfers->clear(*dummy.buffer);
 }
 
 RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place) {
@@ -196,34 +200,23 @@ RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, v
 }
 
 void Device::Impl::submitAndWait(vk::CommandBuffer commands) {
+    if (const vk::CommandBuffer before = transfers->take())
+        submitAndWait(std::array{before, commands});
+    else
+        submitAndWait(std::span(&commands, 1));
+}
+
+void Device::Impl::submitAndWait(std::span<const vk::CommandBuffer> commands) {
     translating("running commands on '" + info.name + "'", [&] {
         if (fault.submissions == 0)
             throw vk::DeviceLostError("CMPG_FAULT");
         --fault.submissions;
-        const vk::SubmitInfo submit(nullptr, nullptr, commands);
-        queue.submit(submit, *fence);
+        queue.submit(vk::SubmitInfo({}, {}, commands), *fence);
         if (device.waitForFences(*fence, true, std::numeric_limits<std::uint64_t>::max()) != vk::Result::eSuccess)
             throw Error(ErrorKind::Device, "the device did not finish");
         device.resetFences(*fence);
     });
     instance->throwValidationMessages();
-}
-
-void Device::Impl::transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record) {
-    const vk::raii::CommandBuffer& commands = transferCommands[0];
-    commands.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-    record(commands);
-    const vk::MemoryBarrier toHost(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eHostRead);
-    commands.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eHost, {}, toHost, nullptr, nullptr);
-    commands.end();
-    submitAndWait(*commands);
-}
-
-RawBuffer& Device::Impl::stagingBuffer() {
-    if (!*staging.buffer)
-        staging = allocate("staging", kStagingBytes, vk::BufferUsageFlagBits::eTransferSrc | vk::BufferUsageFlagBits::eTransferDst,
-                           Place::Staging);
-    return staging;
 }
 
 std::vector<DeviceInfo> Device::list() {

@@ -96,7 +96,8 @@ class Buffer {
     std::uint64_t size() const;
     explicit operator bool() const { return impl_ != nullptr; }
 
-    // Synchronous; must not be called while a submission that uses the buffer is in flight.
+    // Must not be called while a submission that uses the buffer is in flight. What is uploaded is copied at once; to a discrete device it goes with the
+    // next submission, or before the next download.
     void upload(std::span<const std::byte> bytes, std::uint64_t offset = 0);
     void download(std::span<std::byte> bytes, std::uint64_t offset = 0) const;
     template <class T> void uploadAll(const std::vector<T>& v, std::uint64_t offset = 0) { upload(std::as_bytes(std::span(v)), offset); }
@@ -112,6 +113,15 @@ class Buffer {
   private:
     std::unique_ptr<Impl> impl_;
 };
+
+// Part of a buffer, for the host.
+struct Download {
+    const Buffer* from; // all of one device
+    std::span<std::byte> to;
+    std::uint64_t offset = 0; // bytes
+};
+// Several at once, which takes a discrete device hardly longer than one.
+void download(std::span<const Download> downloads);
 
 // When kernels are wanted: by somebody who waits for them, or later, so that warmUp() has as many processors as it can use.
 enum class Wanted { Now, Later };

@@ -6,23 +6,19 @@
 #include "vk/fault.h"
 #include "vk/instance.h"
 #include "vk/kernel_cache.h"
+#include "vk/raw_buffer.h"
 #include "vk/spirv_reflection.h"
+#include "vk/transfers.h"
 #include "vk/vulkan.h"
 
 #include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <span>
 
 namespace cmpg {
-
-// A buffer with memory of its own, outside all accounting.
-struct RawBuffer {
-    vk::raii::DeviceMemory memory{nullptr};
-    vk::raii::Buffer buffer{nullptr};
-    std::uint64_t allocated = 0;  // bytes of memory
-    std::byte* mapped = nullptr;  // null: the host cannot reach it
-};
 
 // Who compiles, so that kernels for later do not take the processors of what somebody waits for. For any thread.
 class Processors {
@@ -77,12 +73,10 @@ struct Device::Impl {
 
     vk::raii::Device device{nullptr};
     vk::raii::Queue queue{nullptr};
-    vk::raii::CommandPool transferPool{nullptr};
-    vk::raii::CommandBuffers transferCommands{nullptr};
     vk::raii::Fence fence{nullptr};
     RawBuffer dummy; // what null buffers bind
     std::map<Texel, vk::raii::BufferView> dummyViews; // in the format that a kernel declares: lavapipe compiles anew for another
-    RawBuffer staging; // created by the first transfer that needs it
+    std::optional<Transfers> transfers; // from the constructor on
 
     Fault fault;
     MemoryUse memory;
@@ -97,10 +91,8 @@ struct Device::Impl {
 
     enum class Place { Device, Staging };
     RawBuffer allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place);
-    void submitAndWait(vk::CommandBuffer commands);
-    // Runs `record` on a fresh command buffer and waits.
-    void transfer(const std::function<void(const vk::raii::CommandBuffer&)>& record);
-    RawBuffer& stagingBuffer();
+    void submitAndWait(vk::CommandBuffer commands); // behind the transfers that wait
+    void submitAndWait(std::span<const vk::CommandBuffer> commands);
 
     template <class Handle> void setName(const Handle& handle, const std::string& name) const {
         if (!instance->debugUtils)
@@ -110,8 +102,6 @@ struct Device::Impl {
         device.setDebugUtilsObjectNameEXT({Handle::objectType, value, name.c_str()});
     }
 };
-
-constexpr std::uint64_t kStagingBytes = 8u << 20;
 
 struct Buffer::Impl {
     Device::Impl* device = nullptr;

@@ -29,11 +29,61 @@ void roundTrip(Device& device) {
 
 TEST(Buffer, RoundTrip) { roundTrip(test::device()); }
 
-TEST(Buffer, RoundTripThroughStaging) {
+// A device whose memory the host does not map.
+Device stagingDevice() {
     setenv("CMPG_STAGING", "1", 1);
     Device device({});
     unsetenv("CMPG_STAGING");
+    return device;
+}
+
+TEST(Buffer, RoundTripThroughStaging) {
+    Device device = stagingDevice();
     roundTrip(device);
+}
+
+// Uploads wait for a submission: in their order, whatever happens to their buffer before it.
+TEST(Buffer, UploadsThatWaitKeepTheirOrder) {
+    Device device = stagingDevice();
+    constexpr std::size_t kCount = 1000;
+    Buffer buffer(device, "order", 4 * kCount, MemoryKind::Transient);
+    std::vector<std::uint32_t> expected(kCount, 0);
+    for (std::uint32_t i = 0; i < 300; ++i) { // each covers a part of the one before
+        const std::vector<std::uint32_t> part(200, i + 1);
+        const std::size_t at = 7 * i % (kCount - part.size());
+        buffer.uploadAll(part, 4 * at);
+        std::copy(part.begin(), part.end(), expected.begin() + std::ptrdiff_t(at));
+        const Buffer gone(device, "gone", 64, MemoryKind::Transient); // cleared by a command that waits as well
+    }
+    Buffer moved = std::move(buffer);
+    EXPECT_EQ(moved.downloadAll<std::uint32_t>(kCount), expected);
+}
+
+void manyDownloads(Device& device) {
+    const auto data = counting(1'500'000); // two of them are longer than the staging buffer
+    std::vector<Buffer> buffers;
+    std::vector<std::vector<std::uint32_t>> found;
+    for (const std::size_t count : {data.size(), std::size_t(3), data.size(), std::size_t(1), std::size_t(0), data.size()}) {
+        Buffer& buffer = buffers.emplace_back(device, "one of many", 4 * data.size(), MemoryKind::Transient);
+        buffer.uploadAll(data);
+        found.emplace_back(count);
+    }
+    std::vector<Download> downloads;
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+        downloads.push_back({&buffers[i], std::as_writable_bytes(std::span(found[i])), std::min<std::size_t>(4 * i, 4 * (data.size() - found[i].size()))});
+    download(downloads);
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+        for (std::size_t k = 0; k < found[i].size(); ++k)
+            ASSERT_EQ(found[i][k], data[downloads[i].offset / 4 + k]) << i << ' ' << k;
+    downloads.front().offset = 16;
+    EXPECT_THROW(download(downloads), std::out_of_range);
+}
+
+TEST(Buffer, ManyDownloadsAtOnce) { manyDownloads(test::device()); }
+
+TEST(Buffer, ManyDownloadsAtOnceThroughStaging) {
+    Device device = stagingDevice();
+    manyDownloads(device);
 }
 
 TEST(Buffer, MemoryAccounting) {
