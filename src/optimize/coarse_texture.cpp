@@ -7,6 +7,11 @@
 #include <cmath>
 
 namespace cmpg {
+namespace {
+
+constexpr std::size_t kRowsAtOnce = 4; // of the coarse grid
+
+} // namespace
 
 TextureGrid TextureGrid::coarser() const {
     TextureGrid grid = *this;
@@ -42,20 +47,24 @@ std::vector<CoarseTexture::Between> CoarseTexture::between(std::size_t fine, std
 std::vector<float> CoarseTexture::gather(std::span<const float> x) const {
     const std::size_t channels = fine_.channels, row = fine_.width * channels, coarseRow = coarse_.width * channels;
     std::vector<float> result(coarse_.entries());
-    parallelFor(coarse_.height, 1, [&](std::size_t begin, std::size_t end) {
+    parallelFor(coarse_.height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+        std::vector<float> sum(row); // of the fine rows of a coarse one: along rows loops can be vectorised
         for (std::size_t j = begin; j < end; ++j) {
-            float* out = result.data() + j * coarseRow;
+            std::fill(sum.begin(), sum.end(), 0.f);
             for (const std::size_t y : rowsOf_[j]) {
                 const Between& at = rows_[y];
                 const float weight = (at.first == j ? 1 - at.share : 0.f) + (at.second == j ? at.share : 0.f);
                 const float* in = x.data() + y * row;
-                for (std::size_t i = 0; i < fine_.width; ++i)
-                    for (std::size_t c = 0; c < channels; ++c) {
-                        const float value = weight * in[i * channels + c];
-                        out[columns_[i].first * channels + c] += (1 - columns_[i].share) * value;
-                        out[columns_[i].second * channels + c] += columns_[i].share * value;
-                    }
+                for (std::size_t i = 0; i < row; ++i)
+                    sum[i] += weight * in[i];
             }
+            float* out = result.data() + j * coarseRow;
+            for (std::size_t i = 0; i < fine_.width; ++i)
+                for (std::size_t c = 0; c < channels; ++c) {
+                    const float value = sum[i * channels + c];
+                    out[columns_[i].first * channels + c] += (1 - columns_[i].share) * value;
+                    out[columns_[i].second * channels + c] += columns_[i].share * value;
+                }
         }
     });
     return result;
@@ -63,17 +72,17 @@ std::vector<float> CoarseTexture::gather(std::span<const float> x) const {
 
 void CoarseTexture::spread(std::span<const float> coarse, std::span<float> x) const {
     const std::size_t channels = fine_.channels, row = fine_.width * channels, coarseRow = coarse_.width * channels;
-    parallelFor(fine_.height, 16, [&](std::size_t begin, std::size_t end) {
+    parallelFor(fine_.height, 4 * kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+        std::vector<float> between(coarseRow); // two coarse rows
         for (std::size_t y = begin; y < end; ++y) {
             const Between& at = rows_[y];
             const float *above = coarse.data() + at.first * coarseRow, *below = coarse.data() + at.second * coarseRow;
+            for (std::size_t i = 0; i < coarseRow; ++i)
+                between[i] = (1 - at.share) * above[i] + at.share * below[i];
             for (std::size_t i = 0; i < fine_.width; ++i)
-                for (std::size_t c = 0; c < channels; ++c) {
-                    const auto along = [&](const float* from) {
-                        return (1 - columns_[i].share) * from[columns_[i].first * channels + c] + columns_[i].share * from[columns_[i].second * channels + c];
-                    };
-                    x[y * row + i * channels + c] += (1 - at.share) * along(above) + at.share * along(below);
-                }
+                for (std::size_t c = 0; c < channels; ++c)
+                    x[y * row + i * channels + c] += (1 - columns_[i].share) * between[columns_[i].first * channels + c] +
+                                                     columns_[i].share * between[columns_[i].second * channels + c];
         }
     });
 }

@@ -19,10 +19,15 @@ template <class Entry> void forEachEntry(std::size_t count, const Entry& entry) 
 
 template <class Term> double sumOfEntries(std::size_t count, const Term& term) {
     return orderedSum<double>(count, kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            sum += term(i);
-        return sum;
+        constexpr std::size_t kSums = 4; // an addition need not wait for the one before it
+        double sums[kSums] = {};
+        std::size_t i = begin;
+        for (; i + kSums <= end; i += kSums)
+            for (std::size_t k = 0; k < kSums; ++k)
+                sums[k] += term(i + k);
+        for (; i < end; ++i)
+            sums[0] += term(i);
+        return (sums[0] + sums[1]) + (sums[2] + sums[3]);
     });
 }
 

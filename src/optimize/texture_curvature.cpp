@@ -11,7 +11,7 @@ namespace cmpg {
 namespace {
 
 constexpr double kLeastCurvature = 1e-3; // of the mean: entries that no path met in the passes that measured it
-constexpr int kIterations = 30;          // of conjugate gradients: what is known spreads over so many texels in a step
+constexpr int kIterations = 10;          // of conjugate gradients: what is known spreads over so many texels in a step; farther by coarser grids
 constexpr double kTolerance = 1e-3;      // of the residual's norm
 
 double dot(std::span<const float> a, std::span<const float> b) {
