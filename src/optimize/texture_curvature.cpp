@@ -10,9 +10,11 @@
 namespace cmpg {
 namespace {
 
-constexpr double kLeastCurvature = 1e-3; // of the mean: entries that no path met in the passes that measured it
-constexpr int kIterations = 10;          // of conjugate gradients: what is known spreads over so many texels in a step; farther by coarser grids
-constexpr double kTolerance = 1e-3;      // of the residual's norm
+constexpr double kLeastCurvature = 1e-3;      // of the mean: entries that no path met in the passes that measured it
+constexpr std::size_t kMostIterations = 30;   // of conjugate gradients: what is known spreads over so many texels in a step; farther by coarser grids
+constexpr std::size_t kFewestIterations = 10; // of large textures, which would take half of a step otherwise and end as near
+constexpr std::size_t kEntriesOfIterations = std::size_t(1) << 22; // over all of them
+constexpr double kTolerance = 1e-3;           // of the residual's norm
 
 double dot(std::span<const float> a, std::span<const float> b) {
     return sumOfEntries(a.size(), [&](std::size_t i) { return double(a[i]) * b[i]; });
@@ -59,7 +61,8 @@ std::vector<float> TextureCurvature::solve(std::vector<float> gradient) const {
     std::vector<float> x(count), direction = scaled, image(count);
     double length = dot(residual, scaled);
     const double enough = length * kTolerance * kTolerance;
-    for (int k = 0; k < kIterations && length > enough; ++k) {
+    const std::size_t iterations = std::clamp(kEntriesOfIterations / std::max<std::size_t>(1, count), kFewestIterations, kMostIterations);
+    for (std::size_t k = 0; k < iterations && length > enough; ++k) {
         multiply(direction, image);
         const double curvature = dot(direction, image);
         if (!(curvature > 0))
