@@ -63,6 +63,15 @@ std::uint32_t compileHelpersFor(std::uint32_t threads) {
     return std::min(threads - 1, kMost);
 }
 
+// Whether there is memory that is fast for the device and for the host. Where the host's reads are not cached they take a hundred times as long as a copy does.
+bool sharesMemory(const vk::raii::PhysicalDevice& physical) {
+    using Flag = vk::MemoryPropertyFlagBits;
+    constexpr vk::MemoryPropertyFlags kAll = Flag::eDeviceLocal | Flag::eHostVisible | Flag::eHostCoherent | Flag::eHostCached;
+    const vk::PhysicalDeviceMemoryProperties types = physical.getMemoryProperties();
+    return std::any_of(types.memoryTypes.begin(), types.memoryTypes.begin() + types.memoryTypeCount,
+                       [&](const vk::MemoryType& type) { return (type.propertyFlags & kAll) == kAll; });
+}
+
 // `robust`: accesses out of range do no harm, where the device can see to it.
 vk::raii::Device createDevice(const vk::raii::PhysicalDevice& physical, std::uint32_t queueFamily, const DeviceInfo& info, bool robust) {
     const float priority = 1;
@@ -133,7 +142,7 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
         compileHelpers = compileHelpersFor(driverThreads);
     }
     // CMPG_STAGING=1 makes transfers go the way they go on a discrete device.
-    hostMemory = (info.type == "cpu" || info.type == "integrated") && !environmentFlag("CMPG_STAGING");
+    hostMemory = (info.type == "cpu" || info.type == "integrated") && sharesMemory(physical) && !environmentFlag("CMPG_STAGING");
 
     translating("creating the Vulkan device '" + info.name + "'", [&] {
         device = createDevice(physical, queueFamily, info, asked != Validation::Kernels); // the layers look where nothing is to be feared
