@@ -42,8 +42,11 @@ std::string seenDriverManifests() {
 }
 
 Error noVulkan(const std::string& reason) {
-    return Error(ErrorKind::Device, "there is no Vulkan device: " + reason, seenDriverManifests(),
-                 "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU");
+    const std::string seen = seenDriverManifests();
+    std::string remedy = "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU";
+    if (seen.find("nvidia") != std::string::npos) // it loads libraries for displays, and is incompatible without
+        remedy = "install the packages libgl1 and libegl1, which NVIDIA's driver needs without a display, too; or " + remedy;
+    return Error(ErrorKind::Device, "there is no Vulkan device: " + reason, seen, remedy);
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,

@@ -51,16 +51,25 @@ TEST(Device, ListsAndSelects) {
     EXPECT_THROW(Device({.select = std::to_string(devices.size()), .validation = false, .portable = false}), Error);
 }
 
-TEST(Device, SaysWhatToInstallWhenThereIsNone) {
-    const Environment icd("VK_ICD_FILENAMES", "/nonexistent/driver.json"), files("VK_DRIVER_FILES", nullptr);
+// What a process is told that has no driver but one that does not work.
+Error errorWithDriver(const char* manifest) {
+    const Environment icd("VK_ICD_FILENAMES", manifest), files("VK_DRIVER_FILES", nullptr);
     try {
         Device::list();
-        FAIL() << "a device was found";
     } catch (const Error& error) {
-        EXPECT_EQ(error.kind, ErrorKind::Device);
-        EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
-        EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
+        return error;
     }
+    return Error(ErrorKind::Usage, "a device was found");
+}
+
+TEST(Device, SaysWhatToInstallWhenThereIsNone) {
+    const Error error = errorWithDriver("/nonexistent/driver.json");
+    EXPECT_EQ(error.kind, ErrorKind::Device) << error.what();
+    EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
+    EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
+    // The usual folders may have a manifest of NVIDIA's as well.
+    EXPECT_EQ(error.remedy.find("libegl1") != std::string::npos, error.cause.find("nvidia") != std::string::npos) << error.remedy;
+    EXPECT_NE(errorWithDriver("/nonexistent/nvidia_icd.json").remedy.find("libegl1"), std::string::npos);
 }
 
 // A driver that answers every question and computes nothing lacks nearly all that is asked for.
