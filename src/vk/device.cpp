@@ -161,6 +161,7 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
     for (const Texel texel : {Texel::Rgba32f, Texel::Rgba32ui, Texel::R32f, Texel::R32ui})
         dummyViews.emplace(texel, device.createBufferView({{}, *dummy.buffer, texelFormat(texel), 0, VK_WHOLE_SIZE}));
     transfers->clear(*dummy.buffer);
+    instance->throwValidationMessages(); // nothing was submitted yet, which would
 }
 
 RawBuffer Device::Impl::allocate(const std::string& name, std::uint64_t bytes, vk::BufferUsageFlags usage, Place place) {
