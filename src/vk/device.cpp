@@ -2,6 +2,7 @@
 #include "vk/device.h"
 
 #include "vk/impl.h"
+#include "vk/driver_threads.h"
 #include "vk/self_test.h"
 
 #include <algorithm>
@@ -115,6 +116,7 @@ std::size_t selectDevice(const std::vector<DeviceInfo>& devices, const std::stri
 
 Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment()) {
     const Validation asked = validationAsked();
+    const DriverThreads startedByDriver;
     instance = createInstance(asked == Validation::None && options.validation ? Validation::Calls : asked);
     auto devices = physicalDevices(*instance);
     std::vector<DeviceInfo> infos;
@@ -146,6 +148,7 @@ Device::Impl::Impl(const Options& o) : options(o), fault(faultFromEnvironment())
 
     translating("creating the Vulkan device '" + info.name + "'", [&] {
         device = createDevice(physical, queueFamily, info, asked != Validation::Kernels); // the layers look where nothing is to be feared
+        startedByDriver.spread(driverThreads);
         queue = device.getQueue(queueFamily, 0);
         transfers.emplace(
             device, queueFamily,

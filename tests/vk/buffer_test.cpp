@@ -1,6 +1,7 @@
 // Buffers: transfers, accounting, failures.
 #include "base/error.h"
 #include "devices.h"
+#include "environment.h"
 
 #include <gtest/gtest.h>
 
@@ -29,12 +30,12 @@ void roundTrip(Device& device) {
 
 TEST(Buffer, RoundTrip) { roundTrip(test::device()); }
 
+using test::Environment;
+
 // A device whose memory the host does not map.
 Device stagingDevice() {
-    setenv("CMPG_STAGING", "1", 1);
-    Device device({});
-    unsetenv("CMPG_STAGING");
-    return device;
+    const Environment staging("CMPG_STAGING", "1");
+    return Device({});
 }
 
 TEST(Buffer, RoundTripThroughStaging) {

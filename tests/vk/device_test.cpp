@@ -1,10 +1,10 @@
 // Device choice, validation, and facts about drivers that the kernels are designed around.
 #include "base/error.h"
 #include "devices.h"
+#include "environment.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -13,21 +13,7 @@
 namespace cmpg {
 namespace {
 
-// Sets a variable of the environment, or removes it, for a scope.
-class Environment {
-  public:
-    Environment(const char* name, const char* value) : name_(name) {
-        if (const char* old = std::getenv(name))
-            old_ = old, wasSet_ = true;
-        value ? setenv(name, value, 1) : unsetenv(name);
-    }
-    ~Environment() { wasSet_ ? setenv(name_, old_.c_str(), 1) : unsetenv(name_); }
-
-  private:
-    const char* name_;
-    std::string old_;
-    bool wasSet_ = false;
-};
+using test::Environment;
 
 TEST(Device, ListsAndSelects) {
     const auto devices = Device::list();
