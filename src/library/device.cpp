@@ -48,6 +48,11 @@ std::uint64_t Device::memoryPeak() const {
     return state_->device.memory().peak;
 }
 
+void Device::timeKernels() {
+    const std::lock_guard lock(state_->mutex);
+    state_->device.timeKernels(true);
+}
+
 double Device::kernelSeconds() const {
     const std::lock_guard lock(state_->mutex);
     double sum = 0;

@@ -35,6 +35,7 @@ struct Options {
     std::string device;           // empty: the best
     std::uint64_t memory = 1024;  // MiB
     bool allFeatures = false;     // same results
+    bool kernelTimes = false;
     std::vector<std::string> texture; // "P=WxH"
     std::vector<std::string> set;     // "P=VALUE" or "P=FILE"
     std::string environment;      // a picture in place of the scene's own surroundings

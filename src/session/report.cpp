@@ -33,6 +33,7 @@ void Report::addDevice(const Device& dev) {
     device = dev.info().name;
     driver = dev.info().driver;
     kernels = dev.kernelTimes();
+    kernelsTimed = dev.timesKernels();
     seconds.compile = dev.compileSeconds();
     devicePeakBytes = dev.memory().peak;
 }
@@ -75,8 +76,11 @@ nlohmann::ordered_json Report::toJson() const {
                        {"primal", seconds.primal},      {"gradient", seconds.gradient}, {"guide", seconds.guide},
                        {"optimizer", seconds.optimizer}};
     auto& kernelTimes = json["kernels"] = nlohmann::ordered_json::object();
-    for (const auto& [name, time] : kernels)
-        kernelTimes[name] = {{"calls", time.calls}, {"seconds", time.seconds}};
+    for (const auto& [name, time] : kernels) {
+        kernelTimes[name] = {{"calls", time.calls}};
+        if (kernelsTimed)
+            kernelTimes[name]["seconds"] = time.seconds;
+    }
     json["memory"] = {{"device_peak_bytes", devicePeakBytes},
                       {"host_peak_bytes", hostPeakBytes()},
                       {"budget_bytes", budgetBytes},

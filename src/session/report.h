@@ -22,6 +22,7 @@ struct Report {
         double load = 0, compile = 0, primal = 0, gradient = 0, guide = 0, optimizer = 0;
     } seconds;
     std::map<std::string, KernelTime> kernels;
+    bool kernelsTimed = false;
     std::uint64_t devicePeakBytes = 0, budgetBytes = 0;
     std::map<std::string, std::uint64_t> dropped;                    // contributions left out, by kind
     std::uint64_t refusedSplits = 0;                                 // of a guide, for want of memory: the most of all renderers

@@ -78,6 +78,8 @@ const Parameter& Session::parameter(std::size_t index) const { return host().par
 v1::Device& Session::openDevice() {
     if (!device_) {
         device_.emplace(options_.device);
+        if (options_.kernelTimes)
+            device_->timeKernels();
         requireSameOptions(options_);
     }
     return *device_;

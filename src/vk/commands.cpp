@@ -38,7 +38,8 @@ struct Commands::Impl {
     std::vector<vk::raii::DescriptorPool> setPools; // the last is being allocated from
     struct Dispatch {
         std::string_view kernel; // its name in the table of embedded kernels
-        std::uint32_t begin, end; // queries
+        bool timed;
+        std::uint32_t begin = 0, end = 0; // queries, where it is timed
     };
     std::vector<Dispatch> dispatches;
     std::vector<vk::raii::QueryPool> queryPools;
@@ -161,42 +162,43 @@ void Commands::Impl::dispatch(const Kernel::Impl& kernel, const Bindings& bindin
         commands.pushConstants<std::byte>(*kernel.pipelineLayout, vk::ShaderStageFlagBits::eCompute, 0,
                                           vk::ArrayProxy<const std::byte>(pushBytes, push.data()));
 
-    // A dispatch begins where the one before it ended: on lavapipe a timestamp costs more (20 us) than a small dispatch (9 us).
-    const std::uint32_t begin = otherCommandSince ? timestamp() : queries - 1;
+    Dispatch launched{.kernel = findKernel(kernel.name).name, .timed = device.timesKernels && device.timestampMask};
+    if (launched.timed)
+        launched.begin = otherCommandSince ? timestamp() : queries - 1; // where the dispatch before it ended: timestamps take their time
     launch(commands);
-    dispatches.push_back({findKernel(kernel.name).name, begin, timestamp()});
-    otherCommandSince = false;
+    if (launched.timed)
+        launched.end = timestamp();
+    otherCommandSince = !launched.timed;
+    dispatches.push_back(launched);
     if (device.instance->debugUtils)
         commands.endDebugUtilsLabelEXT();
 }
 
 std::uint32_t Commands::Impl::timestamp() {
-    if (device.timestampMask) {
-        if (queries / kQueriesPerPool == queryPools.size())
-            queryPools.push_back(device.device.createQueryPool({{}, vk::QueryType::eTimestamp, kQueriesPerPool}));
-        const vk::QueryPool current = *queryPools[queries / kQueriesPerPool];
-        if (queries % kQueriesPerPool == 0)
-            buffers[0].resetQueryPool(current, 0, kQueriesPerPool);
-        buffers[0].writeTimestamp(Stage::eBottomOfPipe, current, queries % kQueriesPerPool);
-    }
+    if (queries / kQueriesPerPool == queryPools.size())
+        queryPools.push_back(device.device.createQueryPool({{}, vk::QueryType::eTimestamp, kQueriesPerPool}));
+    const vk::QueryPool current = *queryPools[queries / kQueriesPerPool];
+    if (queries % kQueriesPerPool == 0)
+        buffers[0].resetQueryPool(current, 0, kQueriesPerPool);
+    buffers[0].writeTimestamp(Stage::eBottomOfPipe, current, queries % kQueriesPerPool);
     return queries++;
 }
 
 void Commands::Impl::collectTimes() {
-    std::vector<std::uint64_t> ticks(queries, 0);
-    if (device.timestampMask)
-        for (std::uint32_t first = 0; first < queries; first += kQueriesPerPool) {
-            const std::uint32_t count = std::min(queries - first, kQueriesPerPool);
-            const auto part = queryPools[first / kQueriesPerPool]
-                                  .getResults<std::uint64_t>(0, count, count * sizeof(std::uint64_t), sizeof(std::uint64_t),
-                                                             vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait)
-                                  .second;
-            std::copy(part.begin(), part.end(), ticks.begin() + first);
-        }
-    for (const auto& [kernel, begin, end] : dispatches) {
-        KernelTime& time = device.kernelTimes[std::string(kernel)];
+    std::vector<std::uint64_t> ticks(queries);
+    for (std::uint32_t first = 0; first < queries; first += kQueriesPerPool) {
+        const std::uint32_t count = std::min(queries - first, kQueriesPerPool);
+        const auto part = queryPools[first / kQueriesPerPool]
+                              .getResults<std::uint64_t>(0, count, count * sizeof(std::uint64_t), sizeof(std::uint64_t),
+                                                         vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait)
+                              .second;
+        std::copy(part.begin(), part.end(), ticks.begin() + first);
+    }
+    for (const Dispatch& d : dispatches) {
+        KernelTime& time = device.kernelTimes[std::string(d.kernel)];
         ++time.calls;
-        time.seconds += double((ticks[end] - ticks[begin]) & device.timestampMask) * device.limits.timestampPeriod * 1e-9;
+        if (d.timed)
+            time.seconds += double((ticks[d.end] - ticks[d.begin]) & device.timestampMask) * device.limits.timestampPeriod * 1e-9;
     }
 }
 

@@ -253,6 +253,8 @@ const std::map<std::string, KernelTime>& Device::kernelTimes() const { return im
 double Device::compileSeconds() const { return impl_->compileSeconds; }
 const std::map<std::string, double>& Device::compileTimes() const { return impl_->compileTimes; }
 void Device::keepKernels() { impl_->kernels.keep(); }
+void Device::timeKernels(bool on) { impl_->timesKernels = on; }
+bool Device::timesKernels() const { return impl_->timesKernels; }
 void Device::resetKernelTimes() { impl_->kernelTimes.clear(); }
 
 } // namespace cmpg

@@ -49,7 +49,7 @@ struct MemoryUse {
 
 struct KernelTime {
     std::uint64_t calls = 0;
-    double seconds = 0; // device time from timestamps
+    double seconds = 0; // device time from timestamps, of the calls that were timed
 };
 
 class Device {
@@ -74,6 +74,9 @@ class Device {
     const std::map<std::string, KernelTime>& kernelTimes() const;
     double compileSeconds() const; // time spent creating pipelines and in their warm-up dispatch
     const std::map<std::string, double>& compileTimes() const; // the warm-up dispatches alone, helpers' included, by kernel: there a CPU driver compiles
+    // Whether commands recorded from now on time their kernels. On lavapipe a timestamp takes 20 us, twice as long as a small dispatch.
+    void timeKernels(bool on);
+    bool timesKernels() const; // false at first
     void resetKernelTimes();
     void keepKernels(); // that are made from now on, until the device goes, and not only as long as somebody has them
 

@@ -79,6 +79,7 @@ struct Device::Impl {
 
     Fault fault;
     MemoryUse memory;
+    bool timesKernels = false;
     std::map<std::string, KernelTime> kernelTimes;
     std::atomic<double> compileSeconds = 0;
     std::map<std::string, double> compileTimes;

@@ -76,13 +76,13 @@ class FirstDispatches {
     void run() {
         // The small ones tell whether there is anything to compile. Then the largest come first: none of them shall be the last to begin.
         while (const Kernel* const kernel = take(helpers_.empty(), nullptr))
-            if (wasCompiled(dispatchNothing(device_, *kernel, bindings_), *kernel) && helpers_.empty())
+            if (wasCompiled(firstOf(*kernel), *kernel) && helpers_.empty())
                 for (std::uint32_t i = 0; i < device_.impl().compileHelpers; ++i)
                     helpers_.emplace_back([this] { help(); });
         helpers_.clear(); // they are done
         double loading = 0;
         for (const Kernel* const kernel : helped_)
-            loading += dispatchNothing(device_, *kernel, bindings_);
+            loading += firstOf(*kernel);
         double compiling = 0;
         for (const auto& [name, seconds] : helpersSeconds_) {
             device_.impl().compileTimes[name] += seconds;
@@ -95,6 +95,12 @@ class FirstDispatches {
     }
 
   private:
+    double firstOf(const Kernel& kernel) {
+        const double seconds = dispatchNothing(device_, kernel, bindings_);
+        device_.impl().compileTimes[kernel.name()] += seconds;
+        return seconds;
+    }
+
     // A kernel that nobody has begun; null: none is left.
     const Kernel* take(bool smallest, std::vector<const Kernel*>* taken) {
         const std::lock_guard lock(mutex_);
@@ -166,8 +172,7 @@ void warmUp(Device& device, std::span<const Kernel* const> kernels, const Bindin
         else
             fresh.push_back(kernel);
     FirstDispatches(device, std::move(fresh), bindings).run();
-    for (const auto& [name, taken] : std::exchange(impl.kernelTimes, times))
-        impl.compileTimes[name] += taken.seconds;
+    impl.kernelTimes = times;
     impl.compileSeconds += watch.seconds();
 }
 

@@ -35,7 +35,7 @@ nlohmann::json run(std::vector<std::string> arguments) {
 
 TEST(ProgramRender, ReportsWhatItDid) {
     const test::TemporaryFolder folder;
-    const auto json = run({"render", kBox, "-o", folder / "a.exr", "--layers", folder / "l.exr", "--spp", "4", "--memory", "64"});
+    const auto json = run({"render", kBox, "-o", folder / "a.exr", "--layers", folder / "l.exr", "--spp", "4", "--memory", "64", "--kernel-times"});
     EXPECT_EQ(json.at("command"), "render");
     EXPECT_EQ(json.at("width"), 32);
     EXPECT_EQ(json.at("height"), 24);

@@ -15,6 +15,7 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     o.memory = 512;
     Report report(o);
     report.kernels["trace_closest"] = {3, 0.5};
+    report.kernelsTimed = true;
     report.dropped["film.nonfinite"] = 2;
     v1::PassReport statistics;
     statistics.paths = 7;
@@ -51,6 +52,12 @@ TEST(Report, HasExactlyTheDocumentedFields) {
     EXPECT_EQ(json["loss"][0], 0.5);
     EXPECT_TRUE(json["loss"][1].is_null());
     EXPECT_EQ(json["outputs"]["gradient"], "a.exr");
+}
+
+TEST(Report, HasNoSecondsOfKernelsThatWereNotTimed) {
+    Report report(Options{});
+    report.kernels["trace_closest"] = {.calls = 3};
+    EXPECT_EQ(report.toJson()["kernels"]["trace_closest"].dump(), R"({"calls":3})");
 }
 
 TEST(Report, EmptyPartsKeepTheirKind) {

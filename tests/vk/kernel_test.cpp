@@ -190,6 +190,7 @@ TEST(Kernel, ManyDispatchesInOneSubmission) {
     const Buffer result(device, "result", 256, MemoryKind::Transient);
     device.resetKernelTimes();
     for (int round = 1; round <= 2; ++round) {
+        device.timeKernels(round == 2);
         Commands commands(device);
         for (std::uint32_t i = 0; i < dispatches; ++i) {
             commands.dispatch(kernel, Bindings().set(0, result), 64, Count{64});
@@ -198,7 +199,9 @@ TEST(Kernel, ManyDispatchesInOneSubmission) {
         commands.submitAndWait();
         EXPECT_EQ(result.downloadAll<std::uint32_t>(64), std::vector<std::uint32_t>(64, round * dispatches));
         EXPECT_EQ(device.kernelTimes().at("write_index").calls, round * dispatches);
+        EXPECT_EQ(device.kernelTimes().at("write_index").seconds > 0, round == 2);
     }
+    device.timeKernels(false);
 }
 
 TEST(Kernel, Timestamps) {
@@ -206,6 +209,7 @@ TEST(Kernel, Timestamps) {
     const Kernel kernel(device, "count_iterations");
     Buffer result(device, "result", 8, MemoryKind::Transient);
     device.resetKernelTimes();
+    device.timeKernels(true);
     const auto seconds = [&](std::uint32_t items) {
         const double before = device.kernelTimes().contains("count_iterations") ? device.kernelTimes().at("count_iterations").seconds : 0;
         Commands commands(device);
@@ -221,6 +225,7 @@ TEST(Kernel, Timestamps) {
     // A thousand times the work takes longer, however busy the machine is.
     EXPECT_GT(seconds(8000), seconds(8));
     EXPECT_EQ(device.kernelTimes().at("count_iterations").calls, 3u);
+    device.timeKernels(false);
 }
 
 TEST(Kernel, WarmUpTouchesNothing) {
