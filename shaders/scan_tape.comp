@@ -112,10 +112,10 @@ void main() {
     const Found found = gatherFound(v.child);
     float visible = 0.0;
     if (kLightSampling && v.shadow != kNone) visible = float(visibility(v.shadow));
-    // A second slice of the gradients repeats the scan for its entries alone.
+    // Further slices of the gradients repeat the scan for their entries alone.
     const vec3 scattered = v.weight * found.incident;
     const vec3 reflected = visible * v.direct + scattered; // R
-    if (push.firstEntry == 0) suffixes[slot] = vec4(v.emission + reflected, 0);
+    if (push.suffixes != 0) suffixes[slot] = vec4(v.emission + reflected, 0);
     if (kDifference)
         tangents[slot] = vec4(tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent, 0);
     if (!kDerivatives) {

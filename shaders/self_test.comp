@@ -37,7 +37,7 @@ void main() {
     const uint item = globalIndex();
     if (push.stage == kSelfTestPrepare) {
         if (item == 0u) {
-            counts.groups = groupCounts(push.items, gl_WorkGroupSize.x);
+            counts.groups = uvec3((push.items + gl_WorkGroupSize.x - 1u) / gl_WorkGroupSize.x, 1u, 1u);
             counts.items = push.items;
         }
         return;

@@ -45,16 +45,25 @@ layout(binding = kBindStatistics, scalar) buffer StatisticsBlock { uint statisti
 // One atomic a subgroup; places are handed out in any order, results do not depend on it.
 uint allocateRay(bool wanted) {
     const uvec4 votes = subgroupBallot(wanted);
+    const uint taken = subgroupBallotBitCount(votes);
     uint first = 0;
-    if (subgroupElect()) first = atomicAdd(counts[push.bounce + 1].rays, subgroupBallotBitCount(votes));
+    if (taken != 0 && subgroupElect()) {
+        first = atomicAdd(counts[push.bounce + 1].rays, taken);
+        GROW_GROUPS(counts[push.bounce + 1].rayGroups, first, taken, kTraceChunk)
+        GROW_GROUPS(counts[push.bounce + 1].arrivalGroups, first, taken, kVertexGroup)
+    }
     first = subgroupBroadcastFirst(first); // by all lanes: the elected one need not want a place
     return wanted ? first + subgroupBallotExclusiveBitCount(votes) : kNone;
 }
 
 uint allocateShadowRay(bool wanted) {
     const uvec4 votes = subgroupBallot(wanted);
+    const uint taken = subgroupBallotBitCount(votes);
     uint first = 0;
-    if (subgroupElect()) first = atomicAdd(counts[push.bounce].shadowRays, subgroupBallotBitCount(votes));
+    if (taken != 0 && subgroupElect()) {
+        first = atomicAdd(counts[push.bounce].shadowRays, taken);
+        GROW_GROUPS(counts[push.bounce].shadowGroups, first, taken, kTraceChunk)
+    }
     first = subgroupBroadcastFirst(first); // by all lanes: the elected one need not want a place
     return wanted ? first + subgroupBallotExclusiveBitCount(votes) : kNone;
 }

@@ -17,6 +17,7 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindCounts, scalar) buffer Counts { QueueCounts counts[]; };
 layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
+layout(binding = kBindCountsFirst, scalar) uniform First { QueueCounts firstCounts; };
 layout(binding = kBindSorted, scalar) writeonly buffer Sorted { uint sorted[]; };
 
 const bool kUnlit = (kClasses >> kClassUnlit & 1u) != 0;
@@ -33,7 +34,7 @@ uint classOf(uint ray) {
 void main() {
     const uint count = kRoulette ? here.vertices : here.rays;
     const uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, begin = group * kTraceChunk + chunkItem(gl_LocalInvocationIndex, 0);
-    if (push.count == 0) return;
+    if (push.count == 0 || (kRoulette && firstCounts.overflow != 0)) return; // the batch is void: nothing is shaded
     uint shadingClass[kChunkRounds], rank[kChunkRounds];
     uint totals[kVertexClasses], first[kVertexClasses];
     for (uint c = 0; c < kVertexClasses; ++c) totals[c] = first[c] = 0;
@@ -47,12 +48,12 @@ void main() {
             totals[c] += subgroupBallotBitCount(votes);
         }
     }
-    // Places are handed out in any order, results do not depend on it. The group counts of the shading kernels grow with the last place.
+    // Places are handed out in any order, results do not depend on it.
     if (subgroupElect()) {
         for (uint c = 0; c < kVertexClasses; ++c) {
             if (totals[c] == 0) continue;
             first[c] = atomicAdd(counts[push.bounce].classes[c], totals[c]);
-            atomicMax(counts[push.bounce].classGroups[c].x, (first[c] + totals[c] + kVertexGroup - 1) / kVertexGroup);
+            GROW_GROUPS(counts[push.bounce].classGroups[c], first[c], totals[c], kVertexGroup)
         }
     }
     for (uint c = 0; c < kVertexClasses; ++c)

@@ -4,6 +4,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
 #include "scene/features.glsl"
 #include "scene/buffers.glsl"
 #define CMPG_READ_RAYS
@@ -48,7 +50,15 @@ void main() {
     const float q = survival(ray, readHit(slot), prefix, readAdjoint(path.x));
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
     const uint count = uint(q) + (sampleSet(key, kSetRoulette).x >= 1.0 - fract(q) ? 1u : 0u); // q + u would round up to the next number
-    const uint first = count > 0 ? atomicAdd(counts[push.bounce].vertices, count) : 0;
+    // One atomic a subgroup; places are handed out in any order, results do not depend on it.
+    const uint taken = subgroupAdd(count);
+    uint first = 0;
+    if (taken != 0 && subgroupElect()) {
+        first = atomicAdd(counts[push.bounce].vertices, taken);
+        GROW_GROUPS(counts[push.bounce].vertexGroups, first, taken, kVertexGroup)
+        GROW_GROUPS(counts[push.bounce].sortGroups, first, taken, kTraceChunk)
+    }
+    first = subgroupBroadcastFirst(first) + subgroupExclusiveAdd(count);
     const float weight = 1.0 / q;
     if (first + count > push.count) { // the batch is void
         counts[0].overflow = 1;

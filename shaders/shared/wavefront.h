@@ -73,8 +73,8 @@ CMPG_CONST kClassOther = 3;
 CMPG_CONST kClassUnlit = 4; // plain, on a path whose light does not count yet (kLightCounts)
 CMPG_CONST kVertexClasses = 5;
 
-// How much there is to do in one bounce. The group counts are arguments of indirect dispatches, ceil(rays / kTraceChunk) folded into
-// y above 65 535.
+// How much there is to do in one bounce. The group counts are arguments of indirect dispatches; kernels that fill a queue make them grow with it (GROW_GROUPS in
+// lib/dispatch.glsl).
 struct QueueCounts {
     uint rays;
     uint vertices; // as many as rays, unless roulette makes copies
@@ -85,9 +85,9 @@ struct QueueCounts {
     uint lightShare; // sum over the drawn of the share of P in the mixture, in units of 1 / kShareUnits
     uvec3 rayGroups; // tracing kernels: kTraceChunk rays a workgroup
     uvec3 shadowGroups;
-    uvec3 arrivalGroups; // kernels that take one ray, or one vertex, an invocation: kVertexGroup a workgroup
-    uvec3 vertexGroups;
-    uvec3 sortGroups; // sort_vertices: kTraceChunk vertices a workgroup
+    uvec3 arrivalGroups; // kernels that take one ray an invocation: kVertexGroup a workgroup
+    uvec3 vertexGroups; // with a roulette, where vertices are more or fewer than rays: kernels that take one an invocation
+    uvec3 sortGroups; // the same: sort_vertices, kTraceChunk vertices a workgroup
     uint classes[kVertexClasses]; // vertices of each
     uvec3 classGroups[kVertexClasses];
     uint reserved[20]; // a uniform buffer begins at multiples of 256 bytes
@@ -140,6 +140,7 @@ struct ScanPush {
     uint entries;
     uint keepRecords; // 0: a recording pass leaves none
     uint shadingClass; // whose vertices; kVertexClasses: all
+    uint suffixes; // 0: another dispatch passes on what the vertices reflect
 };
 
 CMPG_SHARED_END

@@ -105,12 +105,12 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
         pools().pixelOffsets.uploadAll(offsets);
         std::vector<gpu::QueueCounts> counts(config_.maxDepth + 1);
         counts[0].rays = batch.paths;
-        counts[0].rayGroups = {(batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk, 1, 1};
-        counts[0].sortGroups = counts[0].rayGroups;
-        counts[0].vertexGroups = {(batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup, 1, 1};
-        counts[0].arrivalGroups = counts[0].vertexGroups;
-        for (gpu::QueueCounts& c : counts)
-            std::fill(std::begin(c.classGroups), std::end(c.classGroups), glm::uvec3(0, 1, 1)); // x: sort_vertices
+        for (gpu::QueueCounts& c : counts) {
+            c.rayGroups = c.shadowGroups = c.arrivalGroups = c.vertexGroups = c.sortGroups = {0, 1, 1}; // kernels count in x
+            std::fill(std::begin(c.classGroups), std::end(c.classGroups), glm::uvec3(0, 1, 1));
+        }
+        counts[0].rayGroups.x = (batch.paths + gpu::kTraceChunk - 1) / gpu::kTraceChunk;
+        counts[0].arrivalGroups.x = (batch.paths + gpu::kVertexGroup - 1) / gpu::kVertexGroup;
         pools().counts.uploadAll(counts);
         if (film) {
             beginTile(tile, batch, in.film ? &in.film->pixels : nullptr, carry.film);

@@ -18,8 +18,9 @@ using gpu::kModeDifference, gpu::kModeForward, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
 // Paths of a batch at most. On a CPU the pools should stay near its caches (measured: 2^16 is 10 % faster than 2^18); a GPU wants work for all
-// its units. Both are far below 65 535 workgroups of 64.
+// its units.
 constexpr std::uint32_t kMaxCapacityCpu = 1u << 16, kMaxCapacityGpu = 1u << 20;
+static_assert(std::max(kMaxCapacityCpu, kMaxCapacityGpu) / gpu::kVertexGroup <= 65535); // in x alone: GROW_GROUPS in shaders/lib/dispatch.glsl
 
 constexpr std::pair<ShadingClass, Step> kShadeSteps[] = {
     {ShadingClass::Plain, Step::ShadePlain}, {ShadingClass::Diffuse, Step::ShadeDiffuse}, {ShadingClass::Other, Step::ShadeOther},
@@ -143,7 +144,6 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
     add(true, Step::Generate, "generate_rays", constants);
     add(true, Step::Trace, "trace_closest", traceConstants);
     add(pass.roulette, Step::Split, "split_paths", constants);
-    add(pass.roulette, Step::PrepareVertices, "prepare_vertices", {});
     add(true, Step::Sort, "sort_vertices", constants);
     add(true, Step::ShadeEscaped, "shade_escaped", constants);
     for (const auto& [shadingClass, step] : kShadeSteps) {
@@ -151,7 +151,6 @@ std::vector<KernelChoice> chooseKernels(const FeatureSet& features, const Featur
         const bool some = shadingClass == ShadingClass::Unlit ? features.shadesUnlit(pass) : features.classes.contains(shadingClass);
         add(some || shadingClass == ShadingClass::Other, step, "shade_vertex", {of.begin(), of.end()});
     }
-    add(scatters, Step::PrepareDispatch, "prepare_dispatch", {});
     add(scatters && features.lightSampling(), Step::TraceShadow, "trace_shadow", traceConstants);
     add(true, Step::Scan, "scan_tape", constants);
     auto undifferentiated = constants;
@@ -238,10 +237,8 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
         if (pass_.roulette) {
             commands.dispatchIndirect(kernel(Step::Split), atBounce[b], pools.counts, arrivalGroups(b), push);
             commands.barrier();
-            commands.dispatch(kernel(Step::PrepareVertices), atBounce[b], 1, push);
-            commands.barrier();
         }
-        commands.dispatchIndirect(kernel(Step::Sort), atBounce[b], pools.counts, sortGroups(b), push);
+        commands.dispatchIndirect(kernel(Step::Sort), atBounce[b], pools.counts, pass_.roulette ? sortGroups(b) : rayGroups(b), push);
         commands.barrier();
         const auto shade = [&](Step step, std::uint32_t shadingClass) {
             if (has(step))
@@ -253,8 +250,6 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
         commands.barrier();
         if (b + 1 == depth)
             break; // nothing was scattered
-        commands.dispatch(kernel(Step::PrepareDispatch), atBounce[b], 1, push);
-        commands.barrier();
         if (has(Step::TraceShadow)) {
             commands.dispatchIndirect(kernel(Step::TraceShadow), atBounce[b], pools.counts, shadowGroups(b), push);
             commands.barrier();
@@ -263,29 +258,40 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
 
     const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
     const std::uint64_t slice = gradientSlice();
+    // Where surfaces' derivatives alone are asked for, one dispatch passes on what all vertices reflect; others, over the vertices of differentiated surfaces, add to
+    // the gradients.
+    const bool apart = has(Step::ScanUndifferentiated) && features_.derivesSurfacesAlone(pass_);
     for (std::uint32_t b = depth; b-- > 0;) {
         for (std::uint64_t first = 0; first < entries; first += slice) {
             const std::uint64_t count = std::min(slice, entries - first);
             Bindings sliced = atBounce[b];
             if (pass_.mode == kModeReverse)
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            const auto scan = [&](Step step, std::uint32_t shadingClass, std::uint64_t groups) {
+            const auto scan = [&](Step step, std::uint32_t shadingClass, std::uint64_t groups, bool suffixes) {
                 commands.dispatchIndirect(kernel(step), sliced, pools.counts, groups,
-                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass});
+                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass, suffixes && first == 0});
             };
+            const auto scanAll = [&](Step step) { scan(step, gpu::kVertexClasses, pass_.roulette ? vertexGroups(b) : arrivalGroups(b), true); };
+            const auto scanClass = [&](Step step, std::uint32_t shadingClass) { scan(step, shadingClass, classGroups(b, shadingClass), !apart); };
             if (!has(Step::ScanUndifferentiated)) {
-                scan(Step::Scan, gpu::kVertexClasses, vertexGroups(b));
+                scanAll(Step::Scan);
                 continue;
             }
-            scan(Step::ScanUndifferentiated, gpu::kClassEscaped, classGroups(b, gpu::kClassEscaped));
+            if (apart && first == 0)
+                scanAll(Step::ScanUndifferentiated);
+            if (apart && b + 1 == depth)
+                break; // the last vertices scatter nothing
+            if (!apart)
+                scanClass(Step::ScanUndifferentiated, gpu::kClassEscaped);
             const auto scanSurfaces = [&](Step step, ShadingClass surfaces) {
                 if (b + 1 == depth)
                     commands.barrier(); // stands for the next bounce too, though nothing there is read
-                scan(step, std::uint32_t(surfaces), classGroups(b, std::uint32_t(surfaces)));
+                scanClass(step, std::uint32_t(surfaces));
             };
             for (const auto& [surfaces, features] : features_.classes)
-                scanSurfaces(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, surfaces);
-            if (has(Step::ShadeUnlit))
+                if (features.differentiated || !apart)
+                    scanSurfaces(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, surfaces);
+            if (has(Step::ShadeUnlit) && !apart)
                 scanSurfaces(Step::ScanUndifferentiated, ShadingClass::Unlit);
         }
         commands.barrier();

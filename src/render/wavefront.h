@@ -45,7 +45,7 @@ struct Pools {
 };
 
 // The kernels of a pass.
-enum class Step { Generate, Trace, Split, PrepareVertices, Sort, ShadeEscaped, ShadePlain, ShadeDiffuse, ShadeOther, ShadeUnlit, PrepareDispatch, TraceShadow, Scan, ScanUndifferentiated, GatherMoments, GatherFilm };
+enum class Step { Generate, Trace, Split, Sort, ShadeEscaped, ShadePlain, ShadeDiffuse, ShadeOther, ShadeUnlit, TraceShadow, Scan, ScanUndifferentiated, GatherMoments, GatherFilm };
 struct KernelChoice {
     Step step;
     const char* name;

@@ -310,9 +310,12 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     return c;
 }
 
+bool FeatureSet::differentiatesLight() const { return (differentiated & (1u << gpu::kSlotEmission | 1u << gpu::kSlotRadiance)) != 0; }
+
+bool FeatureSet::derivesSurfacesAlone(const Pass& pass) const { return pass.mode == gpu::kModeReverse && !pass.measure && !pass.record && !differentiatesLight(); }
+
 bool FeatureSet::shadesUnlit(const Pass& pass) const {
-    constexpr std::uint32_t kLight = 1u << gpu::kSlotEmission | 1u << gpu::kSlotRadiance;
-    return (pass.mode == gpu::kModeForward || pass.mode == gpu::kModeReverse) && !pass.record && pass.maxDepth > 1 && (differentiated & kLight) == 0 && lightSampling() &&
+    return (pass.mode == gpu::kModeForward || pass.mode == gpu::kModeReverse) && !pass.record && pass.maxDepth > 1 && !differentiatesLight() && lightSampling() &&
            classes.contains(ShadingClass::Plain);
 }
 

@@ -79,6 +79,9 @@ struct FeatureSet {
     bool shadesUnlit(const Pass& pass) const;
     // Whether a pass scans the vertices of differentiated surfaces apart from the others.
     bool scansClasses(const Pass& pass) const;
+    bool differentiatesLight() const; // emission or the environment's radiance
+    // Whether all a pass makes are gradients of what surfaces scatter.
+    bool derivesSurfacesAlone(const Pass& pass) const;
     // Name and what is on, of every feature.
     std::vector<std::pair<std::string, std::string>> describe() const;
 };

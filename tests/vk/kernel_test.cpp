@@ -96,23 +96,25 @@ TEST(Kernel, DispatchesIndirectly) {
     EXPECT_THROW(commands.dispatchIndirect(kernel, {}, arguments, 24, Count{0}), std::logic_error);
 }
 
-TEST(Kernel, CountsGroupsOnTheDevice) {
-    struct Items {
-        std::uint32_t items, size;
-    };
+TEST(Kernel, GroupCountsGrowOnTheDevice) {
     Device& device = test::device();
-    const Kernel count(device, "count_groups"), write(device, "write_index");
-    const Buffer arguments(device, "arguments", 16, MemoryKind::Transient);
-    for (const std::uint32_t items : {0u, 1u, 64u, 65u, 65535u * 64, 65535u * 64 + 1, 65535u * 128 + 7}) {
-        const Buffer result(device, "result", 4ull * items + 4, MemoryKind::Transient);
+    const Kernel grow(device, "grow_groups"), write(device, "write_index");
+    for (const std::uint32_t invocations : {0u, 1u, 22u, 64u, 1000u, 100000u}) {
+        std::uint32_t taken = 0; // an invocation takes 0 to 6 places
+        for (std::uint32_t i = 0; i < invocations; ++i)
+            taken += i % 7;
+        Buffer queue(device, "queue", 16, MemoryKind::Transient);
+        queue.uploadAll(std::vector<std::uint32_t>{0, 1, 1, 0});
+        const Buffer result(device, "result", 4ull * taken + 4, MemoryKind::Transient);
         Commands commands(device);
-        commands.dispatch(count, Bindings().set(0, arguments), 1, Items{items, write.localSize()});
+        commands.dispatch(grow, Bindings().set(0, queue), invocations, Count{invocations});
         commands.barrier();
-        commands.dispatchIndirect(write, Bindings().set(0, result), arguments, 0, Count{items});
+        commands.dispatchIndirect(write, Bindings().set(0, result), queue, 0, Count{taken});
         commands.submitAndWait();
-        std::vector<std::uint32_t> expected(items, 1);
+        EXPECT_EQ(queue.downloadAll<std::uint32_t>(4), (std::vector<std::uint32_t>{(taken + 63) / 64, 1, 1, taken})) << invocations;
+        std::vector<std::uint32_t> expected(taken, 1);
         expected.push_back(0);
-        EXPECT_TRUE(result.downloadAll<std::uint32_t>(items + 1) == expected) << items << " items";
+        EXPECT_TRUE(result.downloadAll<std::uint32_t>(taken + 1) == expected) << invocations;
     }
 }
 
@@ -255,8 +257,8 @@ TEST(Kernel, IsSharedByAllWhoseCodeIsTheSame) {
 TEST(Kernel, IsKeptForOthersOnceAskedFor) {
     Device device{Device::Options{}};
     device.keepKernels();
-    const Kernel::Impl* const kept = Kernel(device, "prepare_dispatch").impl();
-    EXPECT_EQ(Kernel(device, "prepare_dispatch").impl(), kept); // outlives the kernel that had it made
+    const Kernel::Impl* const kept = Kernel(device, "gather_film").impl();
+    EXPECT_EQ(Kernel(device, "gather_film").impl(), kept); // outlives the kernel that had it made
 }
 
 TEST(Kernel, SeveralAreMadeSideBySide) {
