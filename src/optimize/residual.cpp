@@ -50,8 +50,22 @@ std::optional<Residual> residual(Loss loss, const RunningImage& image, const Tar
                     evaluateLoss(loss, image.half, target.image, weights, target.clipped).value};
 }
 
+namespace {
+
+// What the noise of an image counts beside textures, by measurement.
+double noiseFactor(double texelsPerPixel) {
+    constexpr double kLeast = 0.25, kMost = 4, kPower = 3;
+    if (texelsPerPixel <= 0)
+        return 1;
+    return texelsPerPixel < 1 ? std::max(texelsPerPixel, kLeast) : std::min(std::pow(texelsPerPixel, kPower), kMost);
+}
+
+} // namespace
+
 double ExpectedLoss::beside(double texelsPerPixel) const {
-    return std::max(error / std::max(1.0, texelsPerPixel / kTexelsOfPrior), noise);
+    constexpr double kLeast = 1e-4; // of what is tolerated: targets without any noise
+    const double error = std::clamp(beyond + noiseFactor(texelsPerPixel) * noise, kLeast * tolerated, tolerated);
+    return std::max(error / std::max(1.0, texelsPerPixel / kTexelsOfPrior), std::min(beyond + noise, certain * noise));
 }
 
 ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain) {
@@ -59,11 +73,9 @@ ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& ta
     const double largest = squared ? 1000 : 30; // times what is tolerated: three times the target's mean
     const std::optional<Residual> found = residual(loss, image, target, shares, largest * tolerated);
     if (!found)
-        return {tolerated, 0};
-    constexpr double kLeast = 1e-4; // of what is tolerated: targets without any noise
+        return {.beyond = tolerated, .tolerated = tolerated};
     const double noise = squared ? 2 * (found->whole - found->beyond) : 0;
-    const double expected = squared ? noise + 2 * std::max(0.0, found->beyond) : found->whole;
-    return {std::clamp(expected, kLeast * tolerated, tolerated), std::min(expected, certain * noise)};
+    return {.noise = noise, .beyond = squared ? 2 * std::max(0.0, found->beyond) : found->whole, .certain = certain, .tolerated = tolerated};
 }
 
 } // namespace cmpg

@@ -33,10 +33,14 @@ constexpr double kCertainNoise = 0.25;
 
 // What a prior of textures weighs beside an image.
 struct ExpectedLoss {
-    double error = 0; // as likely as the errors of the image are, but at most what is tolerated
-    double noise = 0; // of a squared loss: what is certain of the image's noise
-    // For a texture of which a pixel sees so many texels along its edge. An edge of what it shows is as many differences of texels longer, and the
-    // image tells no more of it. Where the noise is what the prior guards against, all of it is needed.
+    double noise = 0;     // of a squared loss: what the image's noise explains
+    double beyond = 0;    // what it does not
+    double certain = 0;   // the share of the noise that counts whatever else does
+    double tolerated = 0; // the error is this at most
+    // As likely as the errors of the image are, for a texture of which a pixel sees so many texels along its edge (0: not known). Of texels smaller than a pixel an
+    // image tells the differences least, and its noise counts more; larger ones are means over several pixels, and it counts less. An edge of what fine
+    // textures show is as many differences of texels longer as they are finer, and the image tells no more of it. Where the noise is what the prior
+    // guards against, all of it is needed.
     double beside(double texelsPerPixel) const;
 };
 constexpr double kTexelsOfPrior = 3; // along the edge of a pixel, up to which the prior is as it is told

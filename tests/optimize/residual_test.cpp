@@ -76,11 +76,24 @@ TEST(Residual, ANoisyImageIsTrustedLess) {
 
 // The prior of texels twice as fine weighs half, but not less than noise takes.
 TEST(Residual, FinerTexelsAreHeldLess) {
-    const ExpectedLoss expected{0.8, 0.3};
+    const ExpectedLoss expected{.noise = 0, .beyond = 0.8, .tolerated = 1};
     for (const double coarse : {0.0, 0.2, kTexelsOfPrior})
         EXPECT_EQ(expected.beside(coarse), 0.8);
     EXPECT_DOUBLE_EQ(expected.beside(2 * kTexelsOfPrior), 0.4);
-    EXPECT_EQ(expected.beside(4 * kTexelsOfPrior), 0.3);
+    const ExpectedLoss noisy{.noise = 0.4, .beyond = 0.4, .certain = 0.75, .tolerated = 1};
+    EXPECT_DOUBLE_EQ(noisy.beside(4 * kTexelsOfPrior), 0.3);
+}
+
+// Noise beside texels of 1, 2 and 8 pixels an edge, and of 1.25 and 10 to a pixel.
+TEST(Residual, NoiseCountsMoreBesideTexelsSmallerThanAPixel) {
+    const ExpectedLoss expected{.noise = 0.1, .beyond = 0.01, .tolerated = 10};
+    EXPECT_DOUBLE_EQ(expected.beside(0), 0.11); // not known
+    EXPECT_DOUBLE_EQ(expected.beside(1), 0.11);
+    EXPECT_DOUBLE_EQ(expected.beside(0.5), 0.06);
+    EXPECT_DOUBLE_EQ(expected.beside(0.125), 0.035);
+    EXPECT_DOUBLE_EQ(expected.beside(1.25), 0.01 + 0.1 * 1.25 * 1.25 * 1.25);
+    EXPECT_DOUBLE_EQ(expected.beside(kTexelsOfPrior), 0.41);
+    EXPECT_DOUBLE_EQ(ExpectedLoss({.noise = 5, .tolerated = 10}).beside(2), 10);
 }
 
 // The scale of a Laplace distribution is its mean distance, that of a normal one the root of its mean square.
