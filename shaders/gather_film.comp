@@ -13,7 +13,7 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
-QUEUE_UINT(pixelOffset, kBindPixelOffsets)
+QUEUE_UINT(pixelOffset, kBindPixelOffsets) // as in generate_rays
 QUEUE_UVEC4(suffixTexel, kBindSuffixes)
 QUEUE_UVEC4(tangentTexel, kBindTangents)
 layout(binding = kBindFilm, scalar) buffer Film { FilmPixel film[]; };
@@ -27,7 +27,7 @@ void main() {
     if (push.count == 0 || pixel >= batch.pixels) return;
     FilmPixel p = film[pixel];
     const uint first = pixelOffset(pixel), end = pixelOffset(pixel + 1); // at most kMaxPixelSamples apart
-    const uint sample0 = batch.earlierSamples + (pixel == 0 ? batch.firstSample : 0);
+    const uint sample0 = pixelOffset(batch.pixels + 1 + pixel) + (pixel == 0 ? batch.firstSample : 0);
     for (uint path = first; path < end; ++path) {
         const vec3 value = uintBitsToFloat(kForward ? tangentTexel(path).xyz : suffixTexel(path).xyz);
         const bool finite = !any(isnan(value)) && !any(isinf(value));

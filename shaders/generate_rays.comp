@@ -12,7 +12,7 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BouncePush push; };
 layout(binding = kBindBatch, scalar) uniform BatchBlock { Batch batch; };
-QUEUE_UINT(pixelOffset, kBindPixelOffsets)
+QUEUE_UINT(pixelOffset, kBindPixelOffsets) // and behind those of all pixels and the end: the first sample of each in its sequence
 layout(binding = kBindPaths, scalar) writeonly buffer Paths { uvec2 paths[]; };
 layout(binding = kBindRays, scalar) writeonly buffer Rays { uvec4 rays[]; };
 
@@ -30,7 +30,7 @@ void main() {
         if (pixelOffset(middle) <= path) low = middle;
         else high = middle - 1;
     }
-    const uint index = batch.earlierSamples + path - pixelOffset(low) + (low == 0 ? batch.firstSample : 0);
+    const uint index = pixelOffset(batch.pixels + 1 + low) + path - pixelOffset(low) + (low == 0 ? batch.firstSample : 0);
     paths[path] = uvec2(low, index);
 
     const uint pixel = batch.firstPixel + low;

@@ -11,7 +11,6 @@ struct Batch {
 
     uint firstPixel; // row-major index in the image
     uint firstSample; // of the pass, within that pixel, that the batch begins with
-    uint earlierSamples; // of every pixel, in passes that this one continues
     uint pixels; // pixels the batch touches; the last may continue in the next batch
     uint paths;
     int sign; // positivization: +1 or -1 keeps derivative terms of that sign; 0 keeps all

@@ -19,9 +19,8 @@ class BatchedModel final : public ImageModel {
     std::size_t views() const override { return inner_.views(); }
     std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
     Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.render(view, spp, key); }
-    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference,
-                             std::span<const std::uint32_t> counts) override {
-        return inner_.renderHalves(view, spp, key, difference, counts);
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) override {
+        return inner_.renderHalves(view, spp, key, difference, samples);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
     Sampling imageMethod() const override { return inner_.imageMethod(); }

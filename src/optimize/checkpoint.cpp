@@ -74,7 +74,10 @@ void put(ByteWriter& out, const RunningImage& image) {
     out.put(std::uint32_t(image.half[0].height));
     for (const Image& half : image.half)
         out.put(half.values);
-    out.put(image.samples);
+    out.put(image.used);
+    out.count(image.samples.size());
+    for (const std::uint32_t samples : image.samples)
+        out.put(samples);
     out.put(image.paths);
     out.put(image.worth);
     out.put(std::uint32_t(image.method));
@@ -94,7 +97,12 @@ RunningImage getRunningImage(ByteReader& in) {
         if (half.values.size() != std::uint64_t(width) * height * 3)
             throw Malformed{"an image has another size than it says"};
     }
-    image.samples = in.get<std::uint32_t>();
+    image.used = in.get<std::uint32_t>();
+    image.samples.resize(in.count(sizeof(std::uint32_t)));
+    for (std::uint32_t& samples : image.samples)
+        samples = in.get<std::uint32_t>();
+    if (image.samples.size() != std::uint64_t(width) * height || std::any_of(image.samples.begin(), image.samples.end(), [&](std::uint32_t s) { return s > image.used; }))
+        throw Malformed{"the samples of an image do not fit"};
     image.paths = in.get<std::uint64_t>();
     image.worth = in.reals<float>();
     if (image.worth.size() != std::uint64_t(width) * height || !std::all_of(image.worth.begin(), image.worth.end(), [](float w) { return w > 0 && std::isfinite(w); }))

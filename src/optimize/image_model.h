@@ -16,8 +16,8 @@ class ImageModel {
     virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
     // An image of `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the values of
     // setSecondValues().
-    // `counts`: as in GuidedPasses::renderHalves().
-    virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) = 0;
+    // `samples`: as in GuidedPasses::renderHalves().
+    virtual ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) = 0;
     virtual void setSecondValues(std::uint32_t parameter, std::span<const float> values) = 0;
     // How the next of these images are drawn, and what those so far tell of the variance of one sample by a method. 0: not known.
     virtual Sampling imageMethod() const { return Sampling::Bsdf; }

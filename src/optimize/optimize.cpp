@@ -145,11 +145,10 @@ RunningImage Optimization::image(std::size_t view, const Target& target, std::ui
         image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false, {}));
         return image;
     }
-    // One sequence of samples for all steps.
     PassKey key{config_.seed, std::uint32_t(view), kPrimalPass};
     RunningImage image = view < state_.images.size() ? state_.images[view] : RunningImage();
     const bool first = image.empty();
-    key.firstSample = image.samples;
+    key.firstSample = image.used;
     const std::uint32_t spp = first ? config_.spp : imageSamples(view, target);
     const Sampling method = model_.imageMethod();
     if (!first) {
@@ -157,7 +156,9 @@ RunningImage Optimization::image(std::size_t view, const Target& target, std::ui
         if (const double before = model_.imageVariance(image.method), now = model_.imageVariance(method); method != image.method && before > 0 && now > 0)
             image.changeMethod(method, std::clamp(now / before, 1 / kMostDifferent, kMostDifferent));
     }
-    ImageHalves halves = model_.renderHalves(view, spp, key, true, countsOf(view, spp));
+    // Each pixel has one sequence of samples for all steps.
+    const std::vector<std::uint32_t> counts = countsOf(view, spp);
+    ImageHalves halves = model_.renderHalves(view, spp, key, true, {counts, image.samples});
     if (first)
         image.begin(std::move(halves), method);
     else

@@ -43,27 +43,29 @@ Spread spread(const ImageHalves& halves, std::span<const float> shares) {
     });
 }
 
-std::uint64_t pathsOf(const ImageHalves& halves, std::size_t pixels) {
-    std::uint64_t sum = 0;
-    for (std::size_t p = 0; p < pixels; ++p)
-        sum += 2 * std::uint64_t(halves.count(p));
-    return sum;
-}
-
 } // namespace
 
 void RunningImage::drop() {
-    const std::uint32_t before = samples;
+    const std::uint32_t before = used;
     *this = {};
-    samples = before;
+    used = before;
+}
+
+void RunningImage::count(const ImageHalves& halves, std::size_t pixels) {
+    samples.resize(pixels, used);
+    paths = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+        samples[p] += halves.count(p);
+        paths += 2 * std::uint64_t(halves.count(p));
+        used = std::max(used, samples[p]);
+    }
 }
 
 void RunningImage::begin(ImageHalves halves, Sampling drawnBy) {
     drop();
     method = drawnBy;
     const std::size_t pixels = halves.half[0].image.pixels();
-    samples += halves.samples;
-    paths = pathsOf(halves, pixels);
+    count(halves, pixels);
     for (std::size_t p = 0; p < pixels; ++p)
         worth.push_back(float(halves.count(p)));
     half = {std::move(halves.half[0].image), std::move(halves.half[1].image)};
@@ -92,8 +94,7 @@ void RunningImage::advance(const ImageHalves& halves, std::span<const float> sha
             }
         }
     }
-    samples += halves.samples;
-    paths = pathsOf(halves, pixels);
+    count(halves, pixels);
     const Spread found = spread(halves, shares);
     if (!(change > 0) || !(found.image > 0))
         return;

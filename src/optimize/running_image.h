@@ -16,7 +16,8 @@ namespace cmpg {
 // What remains biased: F and the parameters that it led to are correlated.
 struct RunningImage {
     std::array<Image, 2> half;
-    std::uint32_t samples = 0; // of a half so far, of the pixel with most: its next ones continue the sequence
+    std::uint32_t used = 0;             // samples of a half so far, of the pixel with most, those of dropped images included
+    std::vector<std::uint32_t> samples; // by pixel: the next ones continue its own sequence, whose points fill each other's gaps
     std::uint64_t paths = 0;   // of both halves in the last step
     std::vector<float> worth;  // by pixel: samples whose mean has the variance of a half, drawn by `method`
     Sampling method = Sampling::Bsdf;
@@ -27,7 +28,7 @@ struct RunningImage {
 
     bool empty() const { return half[0].values.empty(); }
     // Of an image of so many pixels, with the shares of its samples (OptimizeState::pixelShares).
-    static std::size_t bytes(std::size_t pixels) { return pixels * (2 * 3 + 1 + 1) * sizeof(float); }
+    static std::size_t bytes(std::size_t pixels) { return pixels * (2 * 3 + 1 + 1 + 1) * sizeof(float); }
     // The first image, or the first after drop(), with random numbers that follow those of the images before.
     void begin(ImageHalves halves, Sampling drawnBy = Sampling::Bsdf);
     void drop(); // of memory
@@ -38,6 +39,9 @@ struct RunningImage {
     void advance(const ImageHalves& halves, std::span<const float> shares, double change);
     Image mean() const;
     double variance() const; // of mean(), averaged over its entries
+
+  private:
+    void count(const ImageHalves& halves, std::size_t pixels);
 };
 
 } // namespace cmpg

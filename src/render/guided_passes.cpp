@@ -214,17 +214,18 @@ Image GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& k
     return image;
 }
 
-ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) {
+ImageHalves GuidedPasses::renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) {
     Impl& p = *impl_;
     const SamplingMethod method = p.policy.imageMethod();
     const PassPlan plan = p.planOf(method, p.policy.recording());
+    const std::span<const std::uint32_t> counts = samples.counts;
     ImageHalves halves{{}, counts.empty() ? std::max(1u, spp / 2) : *std::max_element(counts.begin(), counts.end()), {counts.begin(), counts.end()}};
     PassResult sum;
     for (std::uint32_t h = 0; h < 2; ++h) {
         const PassKey own = h == 0 ? key : secondHalf(key);
         PassResult result;
         if (difference)
-            halves.half[h] = p.renderer.renderDifference(view, halves.samples, own, counts, plan, &result);
+            halves.half[h] = p.renderer.renderDifference(view, halves.samples, own, samples, plan, &result);
         else
             halves.half[h].image = p.renderer.render(view, halves.samples, own, plan, &result);
         sum.add(result);

@@ -44,8 +44,8 @@ class GuidedPasses {
     Image forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                   std::span<const std::vector<float>> directions, Layers* layers = nullptr); // none of positivized passes
     // `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the second set of values; only then
-    // `counts` may say how many samples each pixel gets in each half, one at least.
-    ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts = {});
+    // `samples` may say how many each pixel gets in each half, one at least, and which.
+    ImageHalves renderHalves(const View& view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples = {});
     // The method of this step's images, and what passes so far tell of the variance of one sample by a method, summed over the pixels. 0: not known.
     Sampling imageMethod() const;
     double imageVariance(Sampling method) const;

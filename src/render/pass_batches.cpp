@@ -48,7 +48,6 @@ gpu::Batch nextBatch(const PassInput& in, std::uint32_t most, std::size_t end, B
     batch.pass = in.key.pass;
     batch.firstPixel = std::uint32_t(start.pixel);
     batch.firstSample = start.sample;
-    batch.earlierSamples = in.film ? in.film->samples : in.key.firstSample;
     batch.width = in.width;
     batch.height = in.height;
     batch.surfaceScale = in.surfaceScale;

@@ -14,6 +14,7 @@ struct PassInput {
     std::uint32_t width = 0, height = 0; // of the pixel grid, normally the view's
     std::uint32_t spp = 0;
     std::span<const std::uint32_t> perPixel; // samples of each pixel; empty: spp
+    std::span<const std::uint32_t> firsts;   // of their sequences; empty: key.firstSample
     const Image* adjoint = nullptr;
     std::span<const float> weights; // of the adjoint, per pixel; empty: 1 / spp
     glm::vec2 surfaceScale{1}, normalScale{1}, emissionScale{1};
@@ -23,6 +24,7 @@ struct PassInput {
     bool pilot = false;         // nothing but the image is of use: no records, no figures
 
     std::uint32_t samples(std::size_t pixel) const { return perPixel.empty() ? spp : perPixel[pixel]; }
+    std::uint32_t first(std::size_t pixel) const { return film ? film->samples : firsts.empty() ? key.firstSample : firsts[pixel]; }
 };
 
 PassInput passInput(const View& view, const PassKey& key, std::uint32_t spp);

@@ -102,7 +102,10 @@ void PassRunner::runBand(const FeatureSet::Pass& pass, const PassInput& in, cons
         const gpu::Batch batch = nextBatch(in, bounded ? std::min(progress.most, batchSize.paths()) : progress.most, band.end, next, offsets);
         const bool split = next.sample > 0;
         pools().batch.upload(std::as_bytes(std::span(&batch, 1)));
-        pools().pixelOffsets.uploadAll(offsets);
+        std::vector<std::uint32_t> ofPixels = offsets;
+        for (std::uint32_t p = 0; p < batch.pixels; ++p)
+            ofPixels.push_back(in.first(batch.firstPixel + p));
+        pools().pixelOffsets.uploadAll(ofPixels);
         std::vector<gpu::QueueCounts> counts(config_.maxDepth + 1);
         counts[0].rays = batch.paths;
         for (gpu::QueueCounts& c : counts) {

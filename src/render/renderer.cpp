@@ -50,9 +50,10 @@ struct Renderer::Impl {
     FeatureSet::Pass passOf(std::uint32_t mode, bool layers, const PassPlan& plan) const { return runner.kernels.passOf(mode, layers, plan, learned()); }
 
     Image image(std::uint32_t mode, const View& view, std::uint32_t spp, const PassKey& key, const PassPlan& plan, PassResult* result, Layers* layers,
-                Image* difference = nullptr, std::span<const std::uint32_t> counts = {}) {
+                Image* difference = nullptr, const SampleRanges& samples = {}) {
         PassInput in = passInput(view, key, spp);
-        in.perPixel = counts;
+        in.perPixel = samples.counts;
+        in.firsts = samples.firsts;
         in.plan = plan;
         Image image(view.width, view.height, 3);
         double variance = 0; // of the pixels' means, summed
@@ -209,11 +210,11 @@ Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, 
     return impl_->image(kModeRender, view, spp, key, plan, result, layers);
 }
 
-ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts,
+ImageDifference Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key, const SampleRanges& samples,
                                            const PassPlan& plan, PassResult* result) {
     impl_->openRecords(view, key, plan, impl_->passOf(kModeDifference, false, plan));
     ImageDifference both{{}, Image(view.width, view.height, 3)};
-    both.image = impl_->image(kModeDifference, view, spp, key, plan, result, nullptr, &both.difference, counts);
+    both.image = impl_->image(kModeDifference, view, spp, key, plan, result, nullptr, &both.difference, samples);
     return both;
 }
 

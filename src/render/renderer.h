@@ -48,6 +48,12 @@ struct ImageDifference {
     Image image, difference; // the latter empty where it was not asked for
 };
 
+// Which samples of their sequences pixels get, by pixel.
+struct SampleRanges {
+    std::span<const std::uint32_t> counts; // empty: as many as the pass says
+    std::span<const std::uint32_t> firsts; // where they begin; empty: at PassKey::firstSample
+};
+
 // An image in two halves with random numbers of their own. How they differ is their variance; a product of both has no bias by noise.
 struct ImageHalves {
     std::array<ImageDifference, 2> half;
@@ -126,7 +132,7 @@ class Renderer {
     // The image, and how it differs from that of the second set of values along the same paths: exactly 0 where a pixel's paths meet nothing
     // that differs. Needs RenderConfig::differences.
     // `counts`: samples of each pixel, one at least, or empty for `spp` everywhere.
-    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> counts = {},
+    ImageDifference renderDifference(const View& view, std::uint32_t spp, const PassKey& key, const SampleRanges& samples = {},
                                      const PassPlan& plan = {}, PassResult* result = nullptr);
 
     // Derivative image along `directions[i]` (entries() floats each) of parameters `parameters[i]`, summed: sum_i dI/dp_i . v_i.

@@ -38,7 +38,7 @@ PathBytes pathBytes(const FeatureSet& f, const PoolNeeds& needs) {
     PathBytes b{};
     b.tapeWords = words;
     const bool shadows = f.lightSampling();
-    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
+    b.batch = 2 * sizeof(gpu::Ray) + sizeof(gpu::Hit) + sizeof(glm::uvec2) + 2 * sizeof(std::uint32_t) + sizeof(gpu::FilmPixel);
     b.batch += shadows ? sizeof(gpu::ShadowRay) : 0;
     b.batch += needs.has(kModeReverse) ? sizeof(glm::vec3) : 0;
     b.batch += needs.has(kModeDifference) ? sizeof(gpu::FilmPixel) : 0;
@@ -77,7 +77,7 @@ Pools::Pools(Device& device, const FeatureSet& features, const PoolNeeds& n_, st
     const auto queue = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::Rgba32ui); };
     const auto words = [&](const char* name, std::uint64_t bytes) { return Buffer(device, name, bytes, MemoryKind::Transient, Texel::R32ui); };
     batch = transient("batch", sizeof(gpu::Batch));
-    pixelOffsets = words("pixel offsets", (n + 1) * sizeof(std::uint32_t));
+    pixelOffsets = words("pixel offsets", (2 * n + 1) * sizeof(std::uint32_t));
     paths = words("paths", n * sizeof(glm::uvec2));
     film = transient("film tile", n * sizeof(gpu::FilmPixel));
     statistics = transient("statistics", gpu::kStatisticsCount * sizeof(std::uint32_t));

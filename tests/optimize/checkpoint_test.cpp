@@ -252,7 +252,7 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
         std::size_t views() const override { return inner.views(); }
         std::pair<int, int> size(std::size_t v) const override { return inner.size(v); }
         Image render(std::size_t v, std::uint32_t s, const PassKey& k) override { return count(), inner.render(v, s, k); }
-        ImageHalves renderHalves(std::size_t v, std::uint32_t s, const PassKey& k, bool d, std::span<const std::uint32_t> c) override {
+        ImageHalves renderHalves(std::size_t v, std::uint32_t s, const PassKey& k, bool d, const SampleRanges& c) override {
             return count(), inner.renderHalves(v, s, k, d, c);
         }
         void setSecondValues(std::uint32_t p, std::span<const float> v) override { count(), inner.setSecondValues(p, v); }

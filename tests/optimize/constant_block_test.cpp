@@ -250,7 +250,7 @@ class Surface final : public ImageModel {
     std::size_t views() const override { return 1; }
     std::pair<int, int> size(std::size_t) const override { return {kWidth, kWidth}; }
     Image render(std::size_t, std::uint32_t spp, const PassKey& key) override { return image(spp, key, values_); }
-    ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t>) override {
+    ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges&) override {
         ImageHalves halves{{}, std::max(1u, spp / 2)};
         for (std::uint32_t h = 0; h < 2; ++h) {
             const PassKey own{key.seed, key.step, key.pass + 5 * h, key.firstSample};

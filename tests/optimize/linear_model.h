@@ -49,7 +49,8 @@ class LinearModel final : public ImageModel {
         return image(view, spp, key, parameters_);
     }
 
-    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, std::span<const std::uint32_t> counts) override {
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) override {
+        const std::span<const std::uint32_t> counts = samples.counts;
         ImageHalves halves{{}, counts.empty() ? std::max(1u, spp / 2) : *std::max_element(counts.begin(), counts.end()), {counts.begin(), counts.end()}};
         std::uint64_t paths = 0;
         for (std::size_t p = 0; p < std::size_t(width_) * height_; ++p)

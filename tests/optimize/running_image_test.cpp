@@ -17,11 +17,11 @@ RunningImage alongAPath(std::uint64_t seed, std::uint32_t steps, float stepSize,
     RunningImage image;
     float change = 0;
     for (std::uint32_t step = 0; step < steps; ++step) {
-        const PassKey key{seed, 0, 0, image.samples};
+        const PassKey key{seed, 0, 0, image.used};
         if (step == 0)
             image.begin(model.renderHalves(0, 8, key, true, {}));
         else
-            image.advance(model.renderHalves(0, 2, key, true, counts), {}, double(change) * change);
+            image.advance(model.renderHalves(0, 2, key, true, {counts, image.samples}), {}, double(change) * change);
         if (step + 1 == steps)
             break;
         change = stepSize / float(step + 1);
@@ -112,10 +112,23 @@ TEST(RunningImage, WeighsSamplesOfAnotherMethodByTheirVariance) {
     EXPECT_GT(alike, 4 * weighed); // as it would be by counts alone
 }
 
+TEST(RunningImage, CountsTheSamplesOfEachPixel) {
+    std::vector<std::uint32_t> counts(kWidth * kHeight, 1);
+    counts[5] = 7;
+    RunningImage image = alongAPath(1, 3, 0.02f, counts);
+    EXPECT_EQ(image.samples[4], 4u + 2u);
+    EXPECT_EQ(image.samples[5], 4u + 2u * 7u);
+    EXPECT_EQ(image.used, image.samples[5]);
+    image.drop();
+    EXPECT_TRUE(image.samples.empty());
+    EXPECT_EQ(image.used, 4u + 2u * 7u); // none of these is drawn again
+}
+
 TEST(RunningImage, StandsStillWithTheParameters) {
     const RunningImage image = alongAPath(1, 20, 0.0f);
     EXPECT_EQ(image.differences, 0u); // nothing is learned of differences from none
-    EXPECT_EQ(image.samples, 4u + 19u);
+    EXPECT_EQ(image.used, 4u + 19u);
+    EXPECT_EQ(image.samples, std::vector<std::uint32_t>(kWidth * kHeight, 4u + 19u));
     const Image truth = truthAfter(20, 0.0f);
     double single = 0;
     for (const float v : truth.values)

@@ -88,5 +88,28 @@ TEST(Difference, DoesNotDependOnTheMemory) {
     EXPECT_EQ(differences[0], differences[1]);
 }
 
+// Passes whose samples follow one another in every pixel are one pass of all.
+TEST(SampleRanges, GoOnWhereThoseBeforeEnded) {
+    Bench b(bundledScene("materials"), {"painting.baseColor"}, withSecondValues(false));
+    const View view = viewOf(b.scene, 24, 24);
+    const std::uint32_t painting = b.config.differentiable[0];
+    b.renderer->setSecondValues(painting, moved(b.scene.parameters[painting], 0.05f));
+    std::vector<std::uint32_t> before, after, all;
+    for (std::uint32_t p = 0; p < 24 * 24; ++p) {
+        before.push_back(1 + p % 5);
+        after.push_back(1 + p * 7 % 6);
+        all.push_back(before.back() + after.back());
+    }
+    const PassKey key{7, 0, 1};
+    const ImageDifference first = b.renderer->renderDifference(view, 5, key, {before, {}}), second = b.renderer->renderDifference(view, 6, key, {after, before});
+    const ImageDifference whole = b.renderer->renderDifference(view, 11, key, {all, {}});
+    for (std::size_t p = 0; p < all.size(); ++p)
+        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i) {
+            const float n = float(before[p]), m = float(after[p]);
+            EXPECT_NEAR((n * first.image.values[i] + m * second.image.values[i]) / (n + m), whole.image.values[i], 1e-5f * (1 + whole.image.values[i])) << p;
+            EXPECT_NEAR((n * first.difference.values[i] + m * second.difference.values[i]) / (n + m), whole.difference.values[i], 1e-5f) << p;
+        }
+}
+
 } // namespace
 } // namespace cmpg::test
