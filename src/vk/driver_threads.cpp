@@ -5,14 +5,20 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 namespace cmpg {
 namespace {
+
+// Until threads have their names; longer than a busy machine takes.
+constexpr int kRounds = 40;
+constexpr std::chrono::microseconds kWait(500);
 
 // In the order in which they were started, as Linux lists them.
 std::vector<int> threadsOfProcess() {
@@ -43,15 +49,22 @@ void DriverThreads::spread(std::uint32_t workers) const {
     cpu_set_t allowed;
     if (workers < 2 || sched_getaffinity(0, sizeof allowed, &allowed) != 0 || std::uint32_t(CPU_COUNT(&allowed)) != workers)
         return;
-    // The driver names the threads that rasterise and those of its cache; those that compute keep the name of the thread that started them, this one.
+    // The driver names the threads that rasterise and those of its cache, each once it runs; those that compute keep the name of the thread that started them,
+    // this one, as does that of the device's queue, the first of them.
     const std::string own = nameOf(gettid());
     std::vector<int> unnamed;
-    for (const int thread : threadsOfProcess())
-        if (std::find(before_.begin(), before_.end(), thread) == before_.end() && nameOf(thread) == own)
-            unnamed.push_back(thread);
+    for (int round = 0; round < kRounds; ++round) {
+        unnamed.clear();
+        for (const int thread : threadsOfProcess())
+            if (std::find(before_.begin(), before_.end(), thread) == before_.end() && nameOf(thread) == own)
+                unnamed.push_back(thread);
+        if (unnamed.size() <= workers + 1)
+            break;
+        std::this_thread::sleep_for(kWait);
+    }
     if (unnamed.size() != workers + 1)
         return;
-    unnamed.erase(unnamed.begin()); // the thread of the device's queue, started first
+    unnamed.erase(unnamed.begin());
     int processor = 0;
     for (const int thread : unnamed) {
         while (!CPU_ISSET(processor, &allowed))
