@@ -77,7 +77,7 @@ RecoveryStep Recovery::step() {
     step.seconds = watch.seconds();
     step.concentration = report.concentration;
     step.paths = report.samples;
-    step.nextSeconds = step.seconds * optimization.nextWork() / work;
+    step.nextSeconds = s.usualPace(step.seconds / work) * optimization.nextWork();
     step.warnings = s.watch.observe(report);
     return step;
 }

@@ -126,6 +126,16 @@ void Recovery::State::goOn(RecoveryRun::Steps& plan, const RecoveryProgress::Sta
     }
 }
 
+double Recovery::State::usualPace(double pace) {
+    constexpr std::size_t kSteps = 5;
+    paces.push_back(pace);
+    if (paces.size() > kSteps)
+        paces.pop_front();
+    std::vector<double> sorted(paces.begin(), paces.end());
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
+}
+
 std::size_t Recovery::State::indexOf(const std::string& name) const {
     const auto found = std::find(parameters().begin(), parameters().end(), scene().parameter(name));
     if (found == parameters().end())

@@ -9,6 +9,7 @@
 
 #include <cmpg/recovery.h>
 
+#include <deque>
 #include <list>
 #include <mutex>
 #include <optional>
@@ -36,6 +37,7 @@ struct Recovery::State {
     bool prepared = false;
     std::vector<std::vector<float>> initial; // values of the parameters
     const BatchedModel* batched = nullptr; // where gradients have an error target
+    std::deque<double> paces; // of the last steps: seconds for the work of one view
 
     // A recovery with a renderer of its own.
     State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options);
@@ -49,6 +51,8 @@ struct Recovery::State {
     std::recursive_mutex& mutex() const { return base->device->mutex; }
     Optimization& optimization() { return run->optimization(); }
 
+    // The median of the last five paces, with this one: a step that had to compile kernels says nothing of the next.
+    double usualPace(double pace);
     std::size_t indexOf(const std::string& name) const;
     void requireTarget(std::size_t target) const;
     bool ended() const { return generation != base->generation; }
