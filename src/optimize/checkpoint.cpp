@@ -101,7 +101,8 @@ RunningImage getRunningImage(ByteReader& in) {
     image.samples.resize(in.count(sizeof(std::uint32_t)));
     for (std::uint32_t& samples : image.samples)
         samples = in.get<std::uint32_t>();
-    if (image.samples.size() != std::uint64_t(width) * height || std::any_of(image.samples.begin(), image.samples.end(), [&](std::uint32_t s) { return s > image.used; }))
+    if (image.samples.size() != std::uint64_t(width) * height ||
+        std::any_of(image.samples.begin(), image.samples.end(), [&](std::uint32_t s) { return s > image.used; }))
         throw Malformed{"the samples of an image do not fit"};
     image.paths = in.get<std::uint64_t>();
     image.worth = in.reals<float>();

@@ -258,8 +258,8 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
 
     const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
     const std::uint64_t slice = gradientSlice();
-    // Where surfaces' derivatives alone are asked for, one dispatch passes on what all vertices reflect; others, over the vertices of differentiated surfaces, add to
-    // the gradients.
+    // Where surfaces' derivatives alone are asked for, one dispatch passes on what all vertices reflect; others, over the vertices of
+    // differentiated surfaces, add to the gradients.
     const bool apart = has(Step::ScanUndifferentiated) && features_.derivesSurfacesAlone(pass_);
     for (std::uint32_t b = depth; b-- > 0;) {
         for (std::uint64_t first = 0; first < entries; first += slice) {

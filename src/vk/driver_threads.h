@@ -6,9 +6,10 @@
 
 namespace cmpg {
 
-// lavapipe hands its workers equal parts of each dispatch and waits for the last one. Dispatches are short: Linux may wake two workers on one processor, and does not
-// part them before they are done, again and again. So each worker gets a processor of its own, where there is one for each; with fewer threads than processors the
-// choice stays with the system, as several processes may share the machine then. Results do not depend on it.
+// lavapipe hands its workers equal parts of each dispatch and waits for the last one. Dispatches are short: Linux may wake two
+// workers on one processor, and does not part them before they are done, again and again. So each worker gets a processor of its own,
+// where there is one for each; with fewer threads than processors the choice stays with the system, as several processes may share the
+// machine then. Results do not depend on it.
 class DriverThreads {
   public:
     DriverThreads(); // before the driver starts its threads
