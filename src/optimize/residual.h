@@ -37,13 +37,13 @@ struct ExpectedLoss {
     double beyond = 0;    // what it does not
     double certain = 0;   // the share of the noise that counts whatever else does
     double tolerated = 0; // the error is this at most
-    // As likely as the errors of the image are, for a texture of which a pixel sees so many texels along its edge (0: not known). Of texels smaller than a pixel an
-    // image tells the differences least, and its noise counts more; larger ones are means over several pixels, and it counts less. An edge of what fine
-    // textures show is as many differences of texels longer as they are finer, and the image tells no more of it. Where the noise is what the prior
-    // guards against, all of it is needed.
+    // As likely as the errors of the image are, for a texture of which a pixel sees so many texels along its edge (0: not known). Of
+    // texels smaller than a pixel an image tells the differences least, and its noise counts more; larger ones are means over several
+    // pixels, and it counts less. An edge of what fine textures show is as many differences of texels longer as they are finer, and the
+    // image tells no more of it. Where the noise is what the prior guards against, all of it is needed.
     double beside(double texelsPerPixel) const;
 };
-constexpr double kTexelsOfPrior = 3; // along the edge of a pixel, up to which the prior is as it is told
+constexpr double kTexelsOfPrior = 3; // along the edge of a pixel: the prior of finer textures weighs as much less as they are finer
 
 // As likely as the errors of an image are: those that its noise explains, and those beyond it. Values that fit noise lower the second part, not
 // the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.

@@ -1,4 +1,5 @@
 // Specialised kernels on disk: what is found is what was made, and whatever is not is made anew.
+#include "environment.h"
 #include "vk/kernel_cache.h"
 #include "vk/kernel_file.h"
 #include "vk/specialize.h"
@@ -8,10 +9,8 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <optional>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
@@ -192,13 +191,8 @@ TEST_F(KernelCacheTest, WithoutAFolderCodeIsMade) {
 }
 
 TEST(KernelCacheFolder, FollowsTheEnvironment) {
-    const std::vector<std::string> names{"CMPG_CACHE", "XDG_CACHE_HOME", "HOME"};
-    std::vector<std::pair<std::string, std::optional<std::string>>> before;
-    for (const std::string& name : names)
-        before.emplace_back(name, std::getenv(name.c_str()) ? std::optional<std::string>(std::getenv(name.c_str())) : std::nullopt);
-    const auto folder = [&](const std::vector<const char*>& values) {
-        for (std::size_t i = 0; i < names.size(); ++i)
-            ::setenv(names[i].c_str(), values[i], 1);
+    const auto folder = [](const std::array<const char*, 3>& values) {
+        const test::Environment own("CMPG_CACHE", values[0]), caches("XDG_CACHE_HOME", values[1]), home("HOME", values[2]);
         return KernelCache::folderFromEnvironment();
     };
     EXPECT_EQ(folder({"", "", "/home/a"}), "/home/a/.cache/cmpg-vk");
@@ -207,8 +201,6 @@ TEST(KernelCacheFolder, FollowsTheEnvironment) {
     EXPECT_EQ(folder({"/mine", "/caches", "/home/a"}), "/mine");
     EXPECT_EQ(folder({"0", "/caches", "/home/a"}), "");
     EXPECT_EQ(folder({"", "", ""}), "");
-    for (const auto& [name, value] : before)
-        value ? ::setenv(name.c_str(), value->c_str(), 1) : ::unsetenv(name.c_str());
 }
 
 } // namespace

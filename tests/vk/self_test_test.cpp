@@ -1,11 +1,11 @@
 // The self-test of a device that is opened.
 #include "base/error.h"
 #include "devices.h"
+#include "environment.h"
 #include "vk/self_test.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 
 namespace cmpg {
 namespace {
@@ -24,8 +24,8 @@ TEST(SelfTest, PassesAndLeavesNoTrace) {
 TEST(SelfTest, AWrongResultIsRefused) {
     const DeviceInfo device = test::device().info(); // opened before anything is wrong
     for (const bool portable : {false, true}) {
-        setenv("CMPG_FAULT", "wrong", 1);
         try {
+            const test::Environment wrong("CMPG_FAULT", "wrong");
             Device({.select = {}, .validation = false, .portable = portable});
             FAIL() << "a device with a wrong result was opened";
         } catch (const Error& error) {
@@ -35,7 +35,6 @@ TEST(SelfTest, AWrongResultIsRefused) {
             EXPECT_NE(error.cause.find("reads in a loop (292, not 293)"), std::string::npos) << error.cause; // and nothing else
             EXPECT_EQ(error.cause.find("sums"), std::string::npos) << error.cause;
         }
-        unsetenv("CMPG_FAULT");
         EXPECT_NO_THROW(Device({.select = {}, .validation = false, .portable = portable}));
     }
 }
