@@ -132,7 +132,7 @@ void main() {
     vec3 tangent = v.weight * found.tangent;
     const vec2 uv0 = tapeGet2(slot, kPlaneUv0);
     const vec2 uv1 = kTexcoord1 ? tapeGet2(slot, kPlaneUv1) : vec2(0);
-    if (kDiffSurface && material != kNone && push.bounce + 1 < kMaxDepth)
+    if (kDiffSurface && material != kNone && push.bounce + 1 < push.depth)
         tangent += surfaceTerms(slot, material, uv0, uv1, found.incident, visible, reach, terms);
     if (kDiffLight) {
         const float seen = tapeGet(slot, kPlaneEmissionWeight);

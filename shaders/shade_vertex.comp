@@ -70,7 +70,7 @@ uint allocateShadowRay(bool wanted) {
 
 // What the guide did at this bounce.
 void countGuided(GuidePoint g, bool guided, bool scatters) {
-    const bool drawn = g.share > 0.0 && push.bounce + 1 < kMaxDepth;
+    const bool drawn = g.share > 0.0 && push.bounce + 1 < push.depth;
     const uint all = subgroupBallotBitCount(subgroupBallot(drawn)), fromGuide = subgroupBallotBitCount(subgroupBallot(guided));
     const uint dead = subgroupBallotBitCount(subgroupBallot(guided && !scatters));
     const uint light = subgroupAdd(drawn ? uint(float(kShareUnits) * min(g.parts.x, 1.0) + 0.5) : 0u);
@@ -194,10 +194,10 @@ void main() {
         const uvec4 m1 = materialTexel(interior + 1);
         if ((m1.w & kMaterialAbsorbs) != 0) kept = interiorTransmittance(uintBitsToFloat(uvec3(m1.xy, materialTexel(interior + 2).w)), hit.t);
     }
-    const bool last = push.bounce + 1 >= kMaxDepth;
+    const bool last = push.bounce + 1 >= push.depth;
     // Where no light counts yet, a path must at least be able to scatter once more.
     const bool lightCounts = kAllLight || differentiated || (ray.path & kLightCounts) != 0;
-    const bool leads = lightCounts || push.bounce + 2 < kMaxDepth;
+    const bool leads = lightCounts || push.bounce + 2 < push.depth;
     bool wantShadow = false, wantRay = false, scatters = false;
     LightSample light;
     vec3 wi = vec3(0, 0, 1);
@@ -264,7 +264,7 @@ void main() {
     }
     if (kRecord) visits[slot] = last ? GuideVisit(kNone, kNone) : GuideVisit(g.guidable ? leaf : kNone, g.cell);
     // A path's last ray looks for emission alone.
-    if (!kEnvironment && push.bounce + 2 == kMaxDepth) wantRay = wantRay && crossesBox(p.position, wi, scene.emittersLow, scene.emittersHigh);
+    if (!kEnvironment && push.bounce + 2 == push.depth) wantRay = wantRay && crossesBox(p.position, wi, scene.emittersLow, scene.emittersHigh);
     v.child = allocateRay(wantRay);
     if (wantRay) {
         const Ray next = Ray(offsetRayOrigin(p.position, p.faceNormal, wi, p.magnitude), pathOf(ray) | (lightCounts ? kLightCounts : 0), wi, kSmoothLobes && single ? kSingleDirection : pdf);

@@ -22,7 +22,6 @@ layout(constant_id = kFeatureEnvironmentLight) const bool kEnvironmentLight = tr
 layout(constant_id = kFeatureSobol) const bool kSobol = true;
 layout(constant_id = kFeatureFrozen) const bool kFrozen = false;
 layout(constant_id = kFeatureLayers) const bool kLayers = false;
-layout(constant_id = kFeatureMaxDepth) const uint kMaxDepth = 8;
 layout(constant_id = kFeatureGuided) const bool kGuided = false;
 layout(constant_id = kFeatureRecord) const bool kRecord = false;
 layout(constant_id = kFeatureRoulette) const bool kRoulette = false;

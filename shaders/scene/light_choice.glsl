@@ -50,8 +50,9 @@ LightChoice chooseLightSample(SceneInfo scene, FewLights few, vec3 position, Sur
     const vec3 step = vec3(0.8191725134, 0.6710436067, 0.5497004779);
     LightChoice choice = LightChoice(u.xyz, 1.0);
     if (kLightCandidates == 1) return choice;
+    const uint candidates = kLightCandidates == 0 ? scene.lightCandidates : kLightCandidates;
     float total = 0.0, chosen = 0.0, remaining = u.w;
-    for (uint i = 0; i < kLightCandidates; ++i) {
+    for (uint i = 0; i < candidates; ++i) {
         const vec3 candidate = fract(u.xyz + float(i) * step);
         const float expected = expectedLight(scene, selectedLight(few, scene.lights, candidate.x), position, surface, normal, wo, candidate);
         total += expected;
@@ -64,6 +65,6 @@ LightChoice chooseLightSample(SceneInfo scene, FewLights few, vec3 position, Sur
             remaining = (remaining - share) / max(1.0 - share, 1e-20);
         }
     }
-    choice.weight = chosen > 0.0 ? total / (float(kLightCandidates) * chosen) : 0.0;
+    choice.weight = chosen > 0.0 ? total / (float(candidates) * chosen) : 0.0;
     return choice;
 }

@@ -130,6 +130,7 @@ struct PathMoment {
 struct BouncePush {
     uint bounce;
     uint count; // upper bound of the items; 0: do nothing (used to warm kernels up)
+    uint depth; // vertices of a path at most; no constant of kernels, which serve any depth
 };
 
 // The backward scan; a dispatch adds to the gradient entries [firstEntry, firstEntry + entries).
@@ -141,6 +142,7 @@ struct ScanPush {
     uint keepRecords; // 0: a recording pass leaves none
     uint shadingClass; // whose vertices; kVertexClasses: all
     uint suffixes; // 0: another dispatch passes on what the vertices reflect
+    uint depth; // as above
 };
 
 CMPG_SHARED_END

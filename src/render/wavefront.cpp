@@ -227,11 +227,11 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
     const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
     // As many workgroups as the batch has paths: counts the host has set, which no kernel changes.
-    const auto perPath = [&](const Kernel& k) { commands.dispatchIndirect(k, atBounce[0], pools.counts, arrivalGroups(0), gpu::BouncePush{0, n}); };
+    const auto perPath = [&](const Kernel& k) { commands.dispatchIndirect(k, atBounce[0], pools.counts, arrivalGroups(0), gpu::BouncePush{0, n, depth}); };
     perPath(kernel(Step::Generate));
     commands.barrier();
     for (std::uint32_t b = 0; b < depth; ++b) {
-        const gpu::BouncePush push{b, n};
+        const gpu::BouncePush push{b, n, depth};
         commands.dispatchIndirect(kernel(Step::Trace), atBounce[b], pools.counts, rayGroups(b), push);
         commands.barrier();
         if (pass_.roulette) {
@@ -269,7 +269,7 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
                 sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
             const auto scan = [&](Step step, std::uint32_t shadingClass, std::uint64_t groups, bool suffixes) {
                 commands.dispatchIndirect(kernel(step), sliced, pools.counts, groups,
-                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass, suffixes && first == 0});
+                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass, suffixes && first == 0, depth});
             };
             const auto scanAll = [&](Step step) { scan(step, gpu::kVertexClasses, pass_.roulette ? vertexGroups(b) : arrivalGroups(b), true); };
             const auto scanClass = [&](Step step, std::uint32_t shadingClass) { scan(step, shadingClass, classGroups(b, shadingClass), !apart); };

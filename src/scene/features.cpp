@@ -266,13 +266,12 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureSobol] = pass.sobol;
     c[gpu::kFeatureFrozen] = pass.frozen;
     c[gpu::kFeatureLayers] = pass.layers;
-    c[gpu::kFeatureMaxDepth] = pass.maxDepth;
     c[gpu::kFeatureGuided] = pass.guided;
     c[gpu::kFeatureRecord] = pass.record;
     c[gpu::kFeatureRoulette] = pass.roulette;
     c[gpu::kFeatureMeasure] = pass.measure;
     c[gpu::kFeatureSigned] = pass.oneSign;
-    c[gpu::kFeatureLightCandidates] = lightCandidates;
+    c[gpu::kFeatureLightCandidates] = everything && lightCandidates > 1 ? 0 : lightCandidates; // so that the same kernels serve more scenes; a weight of 1 rounds otherwise
     c[gpu::kFeatureFewLights] = fewLights;
     c[gpu::kFeatureModels] = models;
     c[gpu::kFeatureSpotsByAngle] = spotsByAngle;

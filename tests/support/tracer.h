@@ -46,7 +46,7 @@ class Tracer {
         bindings.set(gpu::kBindNodes, records_).set(gpu::kBindCounts, counts_).set(gpu::kBindCountsHere, counts_).set(inputSlot, input).set(resultSlot, result);
         Commands commands(device_);
         const std::uint64_t groups = (n + gpu::kTraceChunk - 1) / gpu::kTraceChunk;
-        commands.dispatch(kernel, bindings, groups * kernel.localSize(), gpu::BouncePush{0, n});
+        commands.dispatch(kernel, bindings, groups * kernel.localSize(), gpu::BouncePush{0, n, 1});
         const double before = device_.kernelTimes().contains(kernel.name()) ? device_.kernelTimes().at(kernel.name()).seconds : 0;
         commands.submitAndWait();
         seconds_ = device_.kernelTimes().at(kernel.name()).seconds - before;
