@@ -214,16 +214,23 @@ std::vector<Bindings> Wavefront::bindings(const SceneBuffers& scene, const Pools
     return atBounce;
 }
 
+namespace {
+
+// Where the workgroup counts of a bounce's dispatches stand in Pools::counts.
+std::uint64_t groupsAt(std::uint32_t bounce, std::size_t member) { return bounce * sizeof(gpu::QueueCounts) + member; }
+std::uint64_t rayGroups(std::uint32_t bounce) { return groupsAt(bounce, offsetof(gpu::QueueCounts, rayGroups)); }
+std::uint64_t arrivalGroups(std::uint32_t bounce) { return groupsAt(bounce, offsetof(gpu::QueueCounts, arrivalGroups)); }
+std::uint64_t vertexGroups(std::uint32_t bounce) { return groupsAt(bounce, offsetof(gpu::QueueCounts, vertexGroups)); }
+std::uint64_t shadowGroups(std::uint32_t bounce) { return groupsAt(bounce, offsetof(gpu::QueueCounts, shadowGroups)); }
+std::uint64_t sortGroups(std::uint32_t bounce) { return groupsAt(bounce, offsetof(gpu::QueueCounts, sortGroups)); }
+std::uint64_t classGroups(std::uint32_t bounce, std::uint32_t shadingClass) {
+    return groupsAt(bounce, offsetof(gpu::QueueCounts, classGroups) + shadingClass * sizeof(glm::uvec3));
+}
+
+} // namespace
+
 void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide, bool film, bool keepRecords) const {
     const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
-    const auto rayGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, rayGroups); };
-    const auto arrivalGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, arrivalGroups); };
-    const auto vertexGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, vertexGroups); };
-    const auto shadowGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, shadowGroups); };
-    const auto sortGroups = [](std::uint32_t bounce) { return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, sortGroups); };
-    const auto classGroups = [](std::uint32_t bounce, std::uint32_t shadingClass) {
-        return bounce * sizeof(gpu::QueueCounts) + offsetof(gpu::QueueCounts, classGroups) + shadingClass * sizeof(glm::uvec3);
-    };
     const std::vector<Bindings> atBounce = bindings(scene, pools, guide);
 
     // As many workgroups as the batch has paths: counts the host has set, which no kernel changes.
@@ -255,45 +262,8 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
             commands.barrier();
         }
     }
-
-    const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
-    const std::uint64_t slice = gradientSlice();
-    // Where surfaces' derivatives alone are asked for, one dispatch passes on what all vertices reflect; others, over the vertices of
-    // differentiated surfaces, add to the gradients.
-    const bool apart = has(Step::ScanUndifferentiated) && features_.derivesSurfacesAlone(pass_);
     for (std::uint32_t b = depth; b-- > 0;) {
-        for (std::uint64_t first = 0; first < entries; first += slice) {
-            const std::uint64_t count = std::min(slice, entries - first);
-            Bindings sliced = atBounce[b];
-            if (pass_.mode == kModeReverse)
-                sliced.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
-            const auto scan = [&](Step step, std::uint32_t shadingClass, std::uint64_t groups, bool suffixes) {
-                commands.dispatchIndirect(kernel(step), sliced, pools.counts, groups,
-                                          gpu::ScanPush{b, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass, suffixes && first == 0, depth});
-            };
-            const auto scanAll = [&](Step step) { scan(step, gpu::kVertexClasses, pass_.roulette ? vertexGroups(b) : arrivalGroups(b), true); };
-            const auto scanClass = [&](Step step, std::uint32_t shadingClass) { scan(step, shadingClass, classGroups(b, shadingClass), !apart); };
-            if (!has(Step::ScanUndifferentiated)) {
-                scanAll(Step::Scan);
-                continue;
-            }
-            if (apart && first == 0)
-                scanAll(Step::ScanUndifferentiated);
-            if (apart && b + 1 == depth)
-                break; // the last vertices scatter nothing
-            if (!apart)
-                scanClass(Step::ScanUndifferentiated, gpu::kClassEscaped);
-            const auto scanSurfaces = [&](Step step, ShadingClass surfaces) {
-                if (b + 1 == depth)
-                    commands.barrier(); // stands for the next bounce too, though nothing there is read
-                scanClass(step, std::uint32_t(surfaces));
-            };
-            for (const auto& [surfaces, features] : features_.classes)
-                if (features.differentiated || !apart)
-                    scanSurfaces(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, surfaces);
-            if (has(Step::ShadeUnlit) && !apart)
-                scanSurfaces(Step::ScanUndifferentiated, ShadingClass::Unlit);
-        }
+        recordScan(commands, atBounce[b], pools, b, keepRecords);
         commands.barrier();
     }
     if (pass_.measure)
@@ -302,6 +272,46 @@ void Wavefront::recordCommands(Commands& commands, const SceneBuffers& scene, co
         commands.barrier(); // nothing but the buffer that stands for missing ones is shared
     if (film)
         perPath(kernel(Step::GatherFilm)); // no pixel without a path is in an image
+}
+
+void Wavefront::recordScan(Commands& commands, Bindings bindings, const Pools& pools, std::uint32_t bounce, bool keepRecords) const {
+    const std::uint32_t n = pools.capacity, depth = pools.needs.maxDepth;
+    const bool last = bounce + 1 == depth;
+    const std::uint64_t entries = pass_.mode == kModeReverse ? pools.gradients.size() / 8 : 1;
+    const std::uint64_t slice = gradientSlice();
+    for (std::uint64_t first = 0; first < entries; first += slice) {
+        const std::uint64_t count = std::min(slice, entries - first);
+        if (pass_.mode == kModeReverse)
+            bindings.set(gpu::kBindGradients, pools.gradients, first * 8, count * 8);
+        const auto scan = [&](Step step, std::uint32_t shadingClass, bool suffixes) {
+            const bool all = shadingClass == gpu::kVertexClasses;
+            const std::uint64_t groups = !all ? classGroups(bounce, shadingClass) : pass_.roulette ? vertexGroups(bounce) : arrivalGroups(bounce);
+            commands.dispatchIndirect(kernel(step), bindings, pools.counts, groups,
+                                      gpu::ScanPush{bounce, n, std::uint32_t(first), std::uint32_t(count), keepRecords, shadingClass, suffixes && first == 0, depth});
+        };
+        if (!has(Step::ScanUndifferentiated)) {
+            scan(Step::Scan, gpu::kVertexClasses, true);
+        } else if (features_.derivesSurfacesAlone(pass_)) {
+            // One dispatch passes on what all vertices reflect; others, over the vertices of differentiated surfaces, add to the gradients. The last
+            // vertices scatter nothing.
+            if (first == 0)
+                scan(Step::ScanUndifferentiated, gpu::kVertexClasses, true);
+            for (const auto& [surfaces, features] : features_.classes)
+                if (features.differentiated && !last)
+                    scan(Step::Scan, std::uint32_t(surfaces), false);
+        } else {
+            scan(Step::ScanUndifferentiated, gpu::kClassEscaped, true);
+            const auto scanSurfaces = [&](Step step, ShadingClass surfaces) {
+                if (last)
+                    commands.barrier(); // stands for the next bounce too, though nothing there is read
+                scan(step, std::uint32_t(surfaces), true);
+            };
+            for (const auto& [surfaces, features] : features_.classes)
+                scanSurfaces(features.differentiated ? Step::Scan : Step::ScanUndifferentiated, surfaces);
+            if (has(Step::ShadeUnlit))
+                scanSurfaces(Step::ScanUndifferentiated, ShadingClass::Unlit);
+        }
+    }
 }
 
 } // namespace cmpg

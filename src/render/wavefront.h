@@ -67,6 +67,8 @@ class Wavefront {
     std::vector<Bindings> bindings(const SceneBuffers& scene, const Pools& pools, const GuideBuffers* guide) const;
 
   private:
+    // One bounce of the backward scan, once for each part of the gradients that a binding reaches.
+    void recordScan(Commands& commands, Bindings bindings, const Pools& pools, std::uint32_t bounce, bool keepRecords) const;
     std::uint64_t gradientSlice() const; // gradient entries one binding reaches
     const Kernel& kernel(Step step) const { return kernels_.at(step); }
     bool has(Step step) const { return kernels_.contains(step); }

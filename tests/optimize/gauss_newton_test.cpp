@@ -126,6 +126,25 @@ TEST(GaussNewton, FollowsNoNoise) {
     EXPECT_LT(moments.noise[0].signal, moments.noise[0].noise);
 }
 
+// Momentum goes on where gradients are signal. Of a lobe's shape it has gone where more than a quarter of them is noise, of colours it has not.
+TEST(GaussNewton, ShapesOfLobesHaveNoMomentumInNoise) {
+    const auto secondMove = [](SlotKind kind, double noise) {
+        Parameter texture = makeParameter("m.slot", kind, 8, 8, kind == SlotKind::BaseColor ? 3 : 1, 0.5f);
+        Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
+        const std::size_t count = texture.entries();
+        addCurvature(std::vector<double>(count, 0.05), {0.05f}, moments); // curvature 1
+        const std::vector<double> first(count, 0.01), none(count, 0.0);
+        const TotalVariationBound known(texture);
+        updateByGaussNewton(0.04, {first, std::vector<double>(count, noise)}, known, moments, texture);
+        const float before = texture.values[0];
+        updateByGaussNewton(0.04, {none, std::vector<double>(count, noise)}, known, moments, texture); // all that moves is momentum
+        return before - texture.values[0];
+    };
+    EXPECT_GT(secondMove(SlotKind::Roughness, 0), 0.002f);
+    EXPECT_GT(secondMove(SlotKind::BaseColor, 0.008), 0.0001f);
+    EXPECT_EQ(secondMove(SlotKind::Roughness, 0.008), 0.f);
+}
+
 // Where the noise of a texel is ten times what separates it from its value, and that of all texels together a third of it, what they have in
 // common arrives within a few steps, and texels hold still meanwhile.
 TEST(GaussNewton, FollowsWhatTexelsHaveInCommon) {
