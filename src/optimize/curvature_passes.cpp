@@ -253,7 +253,12 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     std::vector<std::vector<float>> answers(model_.views());
     for (const std::vector<std::size_t>& group : groups)
         measureGroup(group, groups.size(), views, answers, report);
+    // Where only rare paths find the light, some measurements leave pixels that they light next to no samples. Images that have gathered those of many steps
+    // then grow noisier, and steps that follow their noise longer, without end.
+    constexpr std::uint32_t kStepsOfShares = 100;
     for (const std::size_t view : views) {
+        if (state_.step > kStepsOfShares && !shares_[view].empty())
+            continue;
         const auto [width, height] = model_.size(view);
         shares_[view] = pixelShares(width, height, answers[view]);
     }
