@@ -93,7 +93,7 @@ struct OptimizeState {
     std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
     std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
     std::vector<SharedValues> imageValues{};        // of the views: of the parameters, for which the image was made; null where there is none yet
-    std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
+    std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike. From measurements of the first hundred steps
     ConstantCurvature constants{};                  // of those that step together
     CarriedGradient carried{};                      // and their gradient
     std::vector<ViewLoss> losses{};                 // of the views; empty before the first step
