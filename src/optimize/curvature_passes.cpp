@@ -48,38 +48,6 @@ void dropBeyondBounds(ImageHalves& halves, const Target& target) {
             halves.half[0].difference.values[k] = halves.half[1].difference.values[k] = 0;
 }
 
-// Adds by pixel the square of how the image changes. A product of two halves of that answer sees no path that is in one of them by chance.
-void addAnswer(const Image& a, const Image& b, std::vector<float>& square) {
-    square.resize(a.pixels());
-    for (std::size_t p = 0; p < square.size(); ++p) {
-        float sum = 0;
-        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i)
-            sum += a.values[i] * b.values[i];
-        square[p] += std::isfinite(sum) ? sum : 0.f;
-    }
-}
-
-// By pixel: how strongly it answers to a change of the parameters, over its neighbours, in units of the mean. What does not answer needs few samples of
-// its own.
-std::vector<float> pixelShares(int width, int height, std::span<const float> square) {
-    std::vector<float> shares(square.size());
-    double total = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            float sum = 0;
-            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
-                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
-                    sum += square[std::size_t(v) * width + u];
-            total += shares[std::size_t(y) * width + x] = std::sqrt(std::max(0.f, sum));
-        }
-    if (!(total > 0))
-        return {};
-    const double unit = double(shares.size()) / total;
-    for (float& share : shares)
-        share = float(share * unit);
-    return shares;
-}
-
 } // namespace
 
 PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) {
@@ -157,7 +125,7 @@ void Optimization::measureConstants(StepReport& report) {
         const PassKey key = curvatureKey(config_.seed, std::uint32_t(state_.step * views + view)); // one for all: what differs is the parameter
         const LoadedTarget target(config_.targets[view]);
         std::vector<ConstantColumn> columns;
-        std::vector<float> square;
+        PixelAnswers answers;
         for (const std::size_t i : constants_) {
             const Parameter& parameter = scene_.parameters[parameters_[i]];
             const double largest = *std::max_element(parameter.values.begin(), parameter.values.end());
@@ -174,7 +142,7 @@ void Optimization::measureConstants(StepReport& report) {
                 model_.setSecondValues(parameters_[i], parameter.values);
                 dropBeyondBounds(halves, *target);
                 report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
-                addAnswer(halves.half[0].difference, halves.half[1].difference, square);
+                answers.add(halves.half[0].difference, halves.half[1].difference);
                 // The difference is to the moved values.
                 columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(together), -step});
             }
@@ -184,7 +152,7 @@ void Optimization::measureConstants(StepReport& report) {
             value /= float(views);
         addProducts(columns, weight, products);
         if (!anyUsesDiagonal())
-            shares_[view] = pixelShares(weight.width, weight.height, square);
+            shares_[view] = answers.shares(weight.width, weight.height);
     }
     constantCurvature_.add(products, constantValues(), constantRanges());
 }
@@ -250,17 +218,12 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     if (views.size() < model_.views())
         peak_ = gradients_;
     constantCurvature_.others.assign(constantCurvature_.others.size(), 0.0);
-    std::vector<std::vector<float>> answers(model_.views());
+    std::vector<PixelAnswers> answers(model_.views());
     for (const std::vector<std::size_t>& group : groups)
         measureGroup(group, groups.size(), views, answers, report);
-    // Where only rare paths find the light, some measurements leave pixels that they light next to no samples. Images that have gathered those of many steps
-    // then grow noisier, and steps that follow their noise longer, without end.
-    constexpr std::uint32_t kStepsOfShares = 100;
     for (const std::size_t view : views) {
-        if (state_.step > kStepsOfShares && !shares_[view].empty())
-            continue;
         const auto [width, height] = model_.size(view);
-        shares_[view] = pixelShares(width, height, answers[view]);
+        shares_[view] = answers[view].shares(width, height);
     }
 }
 
@@ -268,7 +231,7 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
 // descend by any bound of more than half of that, such as (n + 1) / 2 times, which is the block itself where n is 1. Where steps see some of the views the whole
 // bound stays: that of a view that has not had its turn is out of date.
 void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views,
-                                std::vector<std::vector<float>>& answers, StepReport& report) {
+                                std::vector<PixelAnswers>& answers, StepReport& report) {
     const auto isMoved = [&](std::size_t i) { return std::find(group.begin(), group.end(), i) != group.end(); };
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         std::vector<float> moved = scene_.parameters[parameters_[i]].values;
@@ -291,7 +254,7 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
         dropBeyondBounds(halves, *target);
         const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
-        addAnswer(a, b, answers[view]);
+        answers[view].add(a, b);
         // The adjoint of a squared loss at so much beside the target.
         Image change = target->image;
         for (std::size_t k = 0; k < change.values.size(); ++k)

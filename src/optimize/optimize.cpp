@@ -240,10 +240,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     losses_[view] = {loss.value, loss.error, true};
     report.dropped += loss.nonFinite;
     if (const double tolerated = tolerance_[view]; tolerated > 0) {
-        // Adam moves texels at its rate, whatever the noise: a prior that outweighs it lets none of them arrive. And where views take turns, an image is of few
-        // samples, while the texture knows what those before it told.
-        const double certain = newton() && viewShare_ == 1 ? kCertainNoise : 0;
-        const ExpectedLoss expected = expectedLoss(config_.loss, image, target, shares_[view], tolerated, certain);
+        const ExpectedLoss expected = expectedLoss(config_.loss, image, target, shares_[view], tolerated);
         for (std::size_t i = 0; i < parameters_.size(); ++i) // of all views
             information_[i] += loss.values / expected.beside(config_.texelsPerPixel.empty() ? 0 : config_.texelsPerPixel[i]) / viewShare_;
     }

@@ -6,6 +6,7 @@
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
 #include "optimize/optimizer.h"
+#include "optimize/pixel_shares.h"
 #include "optimize/regularizer.h"
 #include "optimize/running_image.h"
 #include "optimize/target.h"
@@ -93,7 +94,7 @@ struct OptimizeState {
     std::vector<StepRecord> history{}; // of the steps since 0, or since the run that this one goes on from
     std::vector<RunningImage> images{};             // of the views; empty before the first step, or where nothing is carried on
     std::vector<SharedValues> imageValues{};        // of the views: of the parameters, for which the image was made; null where there is none yet
-    std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike. From measurements of the first hundred steps
+    std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
     ConstantCurvature constants{};                  // of those that step together
     CarriedGradient carried{};                      // and their gradient
     std::vector<ViewLoss> losses{};                 // of the views; empty before the first step
@@ -141,8 +142,8 @@ class Optimization {
     // Places in parameters_.
     std::vector<std::vector<std::size_t>> curvatureGroups() const;
     void measureCurvature(std::span<const std::size_t> views, StepReport& report);
-    // `answers`: by view and pixel, to which is added how it answers to the group.
-    void measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views, std::vector<std::vector<float>>& answers,
+    // `answers`: of the views, to which is added how their pixels answer to the group.
+    void measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views, std::vector<PixelAnswers>& answers,
                       StepReport& report);
     std::uint32_t ordersSeen(std::size_t parameter) const;
     bool measuresDiagonal(std::size_t parameter) const;

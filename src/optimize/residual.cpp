@@ -65,17 +65,17 @@ double noiseFactor(double texelsPerPixel) {
 double ExpectedLoss::beside(double texelsPerPixel) const {
     constexpr double kLeast = 1e-4; // of what is tolerated: targets without any noise
     const double error = std::clamp(beyond + noiseFactor(texelsPerPixel) * noise, kLeast * tolerated, tolerated);
-    return std::max(error / std::max(1.0, texelsPerPixel / kTexelsOfPrior), std::min(beyond + noise, certain * noise));
+    return error / std::max(1.0, texelsPerPixel / kTexelsOfPrior);
 }
 
-ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain) {
+ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated) {
     const bool squared = isSquared(loss);
     const double largest = squared ? 1000 : 30; // times what is tolerated: three times the target's mean
     const std::optional<Residual> found = residual(loss, image, target, shares, largest * tolerated);
     if (!found)
         return {.beyond = tolerated, .tolerated = tolerated};
     const double noise = squared ? 2 * (found->whole - found->beyond) : 0;
-    return {.noise = noise, .beyond = squared ? 2 * std::max(0.0, found->beyond) : found->whole, .certain = certain, .tolerated = tolerated};
+    return {.noise = noise, .beyond = squared ? 2 * std::max(0.0, found->beyond) : found->whole, .tolerated = tolerated};
 }
 
 } // namespace cmpg

@@ -28,19 +28,15 @@ struct Residual {
 std::optional<Residual> residual(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares,
                                  double most = std::numeric_limits<double>::infinity());
 
-// Of the noise's mean square, how much counts below: most of it is of few pixels.
-constexpr double kCertainNoise = 0.25;
-
 // What a prior of textures weighs beside an image.
 struct ExpectedLoss {
     double noise = 0;     // of a squared loss: what the image's noise explains
     double beyond = 0;    // what it does not
-    double certain = 0;   // the share of the noise that counts whatever else does
     double tolerated = 0; // the error is this at most
     // As likely as the errors of the image are, for a texture of which a pixel sees so many texels along its edge (0: not known). Of
     // texels smaller than a pixel an image tells the differences least, and its noise counts more; larger ones are means over several
     // pixels, and it counts less. An edge of what fine textures show is as many differences of texels longer as they are finer, and the
-    // image tells no more of it. Where the noise is what the prior guards against, all of it is needed.
+    // image tells no more of it.
     double beside(double texelsPerPixel) const;
 };
 constexpr double kTexelsOfPrior = 3; // along the edge of a pixel: the prior of finer textures weighs as much less as they are finer
@@ -49,7 +45,7 @@ constexpr double kTexelsOfPrior = 3; // along the edge of a pixel: the prior of 
 // the first. Twice the mean square, of a squared loss: exp(-n loss / expected) is a normal distribution then; the mean of the others, for a Laplace distribution.
 // An error of a pixel far above `tolerated` tells little: it is the edge
 // of a lamp in the picture, or a path that met the lamp by chance, and says nothing of what is known elsewhere. The error is at most `tolerated`, since an image
-// may be off because values are; the noise counts `certain` times, since texels would fit it otherwise. `tolerated` where no pixel answers.
-ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated, double certain);
+// may be off because values are. `tolerated` where no pixel answers.
+ExpectedLoss expectedLoss(Loss loss, const RunningImage& image, const Target& target, std::span<const float> shares, double tolerated);
 
 } // namespace cmpg

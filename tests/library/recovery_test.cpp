@@ -33,12 +33,15 @@ TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
     Scene scene = greyScene();
     RecoveryOptions options = paintingOptions();
     options.steps = 6;
-    Recovery recovery(device(), scene, {smallTarget()}, options);
+    options.sppDifference = 0;
+    options.spp = 512; // the loss is one without the image's noise, and negative where that is larger than it
+    const Target target{"", Renderer(device(), Scene::load(kBox)).render({.width = 32, .spp = 1024, .seed = 1})};
+    Recovery recovery(device(), scene, {target}, options);
     std::vector<double> losses;
     while (!recovery.done())
         losses.push_back(recovery.step().loss);
     ASSERT_EQ(losses.size(), 6u);
-    EXPECT_LT(losses.back(), 0.5 * losses.front());
+    EXPECT_LT(losses.back(), 0.8 * losses.front());
     recovery.apply(scene);
     EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
 }
@@ -307,6 +310,7 @@ TEST(LibraryRecovery, GradientsReachTheirErrorAndGuidesAreKept) {
     EXPECT_EQ(recovery.errors().missed, 0u);
     recovery.saveGuide(folder / "guide");
     options.paths.guide.load = folder / "guide";
+    options.spp = 512; // for a loss above its noise
     EXPECT_GT(Recovery(device(), greyScene(), {smallTarget()}, options).step().loss, 0);
     options.sppGradient = 4;
     EXPECT_EQ(errorOf([&] { Recovery(device(), greyScene(), {smallTarget()}, options); }).options, std::vector<std::string>{"spp-gradient"});

@@ -46,42 +46,36 @@ TEST(Residual, ABrightPixelDoesNotDecideWhatIsExpected) {
     const Target target = grey(64, 64, 0.2f);
     const double tolerated = toleratedLoss(Loss::Mse, target);
     Image image(64, 64, 3, 0.21f);
-    const double clean = expectedLoss(Loss::Mse, both(image), target, {}, tolerated, kCertainNoise).beside(1);
+    const double clean = expectedLoss(Loss::Mse, both(image), target, {}, tolerated).beside(1);
     EXPECT_NEAR(clean, 2 * 1e-4, 1e-7);
     image.at(7, 5)[1] = 10;
     EXPECT_GT(2 * residual(Loss::Mse, both(image), target, {})->whole, 10 * tolerated);
-    const double expected = expectedLoss(Loss::Mse, both(image), target, {}, tolerated, kCertainNoise).beside(1);
+    const double expected = expectedLoss(Loss::Mse, both(image), target, {}, tolerated).beside(1);
     EXPECT_NEAR(expected, clean + 2 * 1000 * tolerated / (64 * 64), 1e-5);
     EXPECT_LT(expected, tolerated);
 }
 
-// A quarter of the noise, where that is more than what is tolerated; an error beyond the noise makes no image trusted less than that.
+// Neither noise nor an error beyond it makes an image trusted less than what is tolerated.
 TEST(Residual, ANoisyImageIsTrustedLess) {
     const Target target = grey(64, 64, 0.2f);
     const double tolerated = toleratedLoss(Loss::Mse, target); // 0.02 squared
-    double certain = kCertainNoise;
     const auto expected = [&](float noise, float error) {
         RunningImage running;
         running.half = {Image(64, 64, 3, 0.2f + error + noise), Image(64, 64, 3, 0.2f + error - noise)};
-        return expectedLoss(Loss::Mse, running, target, {}, tolerated, certain).beside(1);
+        return expectedLoss(Loss::Mse, running, target, {}, tolerated).beside(1);
     };
     EXPECT_NEAR(expected(0.01f, 0), 2 * 0.01 * 0.01, 1e-7);
-    EXPECT_NEAR(expected(0.025f, 0), tolerated, 1e-7);
     EXPECT_NEAR(expected(0.001f, 0.1f), tolerated, 1e-7);
-    EXPECT_NEAR(expected(0.1f, 0), 0.25 * 2 * 0.1 * 0.1, 1e-6);
-    EXPECT_NEAR(expected(0.1f, 0.1f), 0.25 * 2 * 0.1 * 0.1, 1e-6);
-    certain = 0;
+    EXPECT_NEAR(expected(0.1f, 0), tolerated, 1e-7);
     EXPECT_NEAR(expected(0.1f, 0.1f), tolerated, 1e-7);
 }
 
-// The prior of texels twice as fine weighs half, but not less than noise takes.
+// The prior of texels twice as fine weighs half.
 TEST(Residual, FinerTexelsAreHeldLess) {
     const ExpectedLoss expected{.noise = 0, .beyond = 0.8, .tolerated = 1};
     for (const double coarse : {0.0, 0.2, kTexelsOfPrior})
         EXPECT_EQ(expected.beside(coarse), 0.8);
     EXPECT_DOUBLE_EQ(expected.beside(2 * kTexelsOfPrior), 0.4);
-    const ExpectedLoss noisy{.noise = 0.4, .beyond = 0.4, .certain = 0.75, .tolerated = 1};
-    EXPECT_DOUBLE_EQ(noisy.beside(4 * kTexelsOfPrior), 0.3);
 }
 
 // Noise beside texels of 1, 2 and 8 pixels an edge, and of 1.25 and 10 to a pixel.
@@ -102,11 +96,11 @@ TEST(Residual, ALinearLossExpectsTheMeanDistance) {
     const Image image(64, 64, 3, 0.21f);
     for (const auto& [loss, expected] : {std::pair{Loss::L1, 0.01}, {Loss::Smape, 0.01 / (0.41 + kLossEpsilon)}}) {
         const double tolerated = toleratedLoss(loss, target);
-        EXPECT_NEAR(expectedLoss(loss, both(image), target, {}, tolerated, kCertainNoise).beside(1), expected, 1e-4 * expected);
+        EXPECT_NEAR(expectedLoss(loss, both(image), target, {}, tolerated).beside(1), expected, 1e-4 * expected);
         EXPECT_LT(expected, tolerated);
         Image bright = image;
         bright.at(7, 5)[1] = 100;
-        EXPECT_LT(expectedLoss(loss, both(bright), target, {}, tolerated, kCertainNoise).beside(1), 1.02 * expected) << "one pixel met a lamp by chance";
+        EXPECT_LT(expectedLoss(loss, both(bright), target, {}, tolerated).beside(1), 1.02 * expected) << "one pixel met a lamp by chance";
     }
 }
 
