@@ -35,13 +35,13 @@ TEST(LibraryRecovery, LossFallsAndScenesTakeTheResult) {
     options.steps = 6;
     options.sppDifference = 0;
     options.spp = 512; // the loss is one without the image's noise, and negative where that is larger than it
-    const Target target{"", Renderer(device(), Scene::load(kBox)).render({.width = 32, .spp = 1024, .seed = 1})};
+    const Target target{"", Renderer(device(), Scene::load(kBox), {.paths = options.paths}).render({.width = 32, .spp = 1024, .seed = 1})};
     Recovery recovery(device(), scene, {target}, options);
     std::vector<double> losses;
     while (!recovery.done())
         losses.push_back(recovery.step().loss);
     ASSERT_EQ(losses.size(), 6u);
-    EXPECT_LT(losses.back(), 0.8 * losses.front());
+    EXPECT_LT(losses.back(), 0.65 * losses.front()); // 0.58 to 0.59 with seeds 0 to 2
     recovery.apply(scene);
     EXPECT_EQ(scene.values(kPainting), recovery.values(kPainting));
 }

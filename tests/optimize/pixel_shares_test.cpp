@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSize = 32;
 
-// Images that answer by 1 in the left half. Of a pixel's samples, a path finds the light with probability `chance` and carries 1 / chance then.
+// Of images that answer by 1 in the left half, where a path finds the light with probability `chance` and carries 1 / chance then.
 std::vector<float> sharesOf(double chance, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::bernoulli_distribution found(chance);

@@ -18,7 +18,7 @@ def test_loss_falls(scene):
     recovery = cmpg.Recovery(scene, target, PAINTING, steps=6, spp=512, spp_difference=0, max_depth=4)
     steps = list(recovery)
     assert [s.step for s in steps] == list(range(6)) and recovery.done and recovery.steps_done == 6
-    assert steps[-1].loss < 0.8 * steps[0].loss
+    assert steps[-1].loss < 0.65 * steps[0].loss  # 0.58 to 0.59 with seeds 0 to 2
     assert all(s.seconds > 0 and s.gradient_norm > 0 and s.dropped == 0 for s in steps)
     assert (scene[PAINTING].values == grey).all()
     assert recovery.gradient(PAINTING).shape == recovery[PAINTING].shape == (64, 64, 3)
