@@ -25,7 +25,8 @@ scenario, program, source, launcher = sys.argv[1:5]
 mpich = "mpich" in launcher
 box = f"{source}/scenes/box/scene.gltf"
 environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "LP_NUM_THREADS": "1"}
-folder = pathlib.Path(tempfile.mkdtemp(prefix="cmpg-ranks-"))
+scratch = tempfile.TemporaryDirectory(prefix="cmpg-ranks-")
+folder = pathlib.Path(scratch.name)
 
 
 def launch(ranks):
