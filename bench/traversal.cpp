@@ -89,6 +89,7 @@ void scene(Device& device, const char* name, const Geometry& geometry, const Vie
 
 void traversal() {
     Device device(Device::Options{});
+    device.timeKernels(true);
     std::printf("Traversal on %s, %u driver threads, against Embree rtcIntersect1 on 2 threads; medians of %d\n", device.info().name.c_str(),
                 device.driverThreads(), kRepetitions);
     scene(device, "Furnished room", generated::room(), {{-2.2f, 1.7f, 2.2f}, glm::normalize(glm::vec3(0.6f, -0.3f, -0.75f))});

@@ -29,7 +29,7 @@ class Tracer {
     std::vector<std::uint32_t> visible(const std::vector<gpu::ShadowRay>& rays) {
         return trace<std::uint32_t>(shadow_, rays, gpu::kBindShadowRays, gpu::kBindVisibility);
     }
-    double seconds() const { return seconds_; }           // device time of the last call
+    double seconds() const { return seconds_; }           // device time of the last call, where the device times kernels
     std::uint32_t unfinished() const { return unfinished_; } // rays the last call gave up
 
   private:
