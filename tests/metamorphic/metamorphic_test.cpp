@@ -63,7 +63,7 @@ TEST(Metamorphic, RandomScenes) { checkRandomScenes(0, 5, 5); } // every relatio
 TEST(Metamorphic, FullFewRandomScenes) { checkRandomScenes(5, 3, 5); }
 
 // Light samples for both sides of what reflects diffusely alone: where each of a few scenes is needed to tell. Their images do, with what kernels each requires.
-TEST(Metamorphic, CornersRunEitherWay) {
+TEST(Metamorphic, FullCornersRunEitherWay) {
     constexpr std::uint32_t kScenes = 16;
     const Relation& reversed = relations().front();
     for (std::uint32_t i = 0; i < kScenes; ++i) {
