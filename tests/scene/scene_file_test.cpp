@@ -4,8 +4,10 @@
 #include "scene/pixel_filter.h"
 #include "test_images.h"
 
+#include <atomic>
 #include <fstream>
 #include <numbers>
+#include <thread>
 
 namespace cmpg::test {
 namespace {
@@ -19,6 +21,23 @@ TEST(SceneFile, FormatFollowsFromExtensionThenContent) {
     fs::copy_file(scene, renamed);
     EXPECT_EQ(loadScene(renamed).geometry.triangles.size(), 1u);
     EXPECT_EQ(std::string(loadScene(renamed).format->exported), "scene.gltf");
+}
+
+// Programs of the library load scenes side by side, and ranks that are threads do.
+TEST(SceneFile, ThreadsLoadAtOnce) {
+    constexpr int kThreads = 4, kLoads = 200; // a reader with a list in common ended all of some ten runs
+    const TempFolder folder;
+    const fs::path scene = oneTriangle().write(folder);
+    std::atomic<int> loaded = 0;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < kThreads; ++t)
+        threads.emplace_back([&] {
+            for (int i = 0; i < kLoads; ++i)
+                loaded += int(loadScene(scene).geometry.triangles.size());
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(loaded, kThreads * kLoads);
 }
 
 TEST(SceneFile, EnvironmentIsAdded) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <limits>
+#include <span>
 
 namespace cmpg {
 namespace {
@@ -163,10 +164,10 @@ void normaliseNumbers(Json& value, bool generic) {
         for (auto& [key, member] : value.items()) normaliseNumbers(member, generic || key == "extensions" || key == "extras");
 }
 
-Json& listIn(Json& object, const char* key) {
-    static Json none;
-    none = Json::array();
-    return object.contains(key) ? object[key] : none;
+// A list that need not be there.
+std::span<Json> listIn(Json& object, const char* key) {
+    const auto found = object.find(key);
+    return found != object.end() && found->is_array() ? std::span<Json>(found->get_ref<Json::array_t&>()) : std::span<Json>();
 }
 
 } // namespace
