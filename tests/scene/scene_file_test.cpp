@@ -25,7 +25,7 @@ TEST(SceneFile, FormatFollowsFromExtensionThenContent) {
 
 // Programs of the library load scenes side by side, and ranks that are threads do.
 TEST(SceneFile, ThreadsLoadAtOnce) {
-    constexpr int kThreads = 4, kLoads = 200; // a reader with a list in common ended all of some ten runs
+    constexpr int kThreads = 4, kLoads = 200; // with a list that all loads shared ten runs of ten crashed
     const TempFolder folder;
     const fs::path scene = oneTriangle().write(folder);
     std::atomic<int> loaded = 0;
