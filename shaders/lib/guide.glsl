@@ -1,7 +1,7 @@
 // The guide: the cell a point lies in, and directions drawn from the mixture of its distributions (Fan et al. 2024).
 //
 // The includer defines how the published tree is read:
-//     uint guideSpatialNode(uint node)                    kSpatialLeaf | cell, or the first of two children
+//     uint guideSpatialWord(uint word)                    see shared/guide.h
 //     uvec4 guideNode(uint node)                          see shared/guide.h
 #ifndef CMPG_LIB_GUIDE
 #define CMPG_LIB_GUIDE
@@ -26,16 +26,15 @@ vec3 directionFromSquare(vec2 s) {
 
 // `t`: position in the tree's box, [0,1)^3.
 uint guideCellAt(vec3 t) {
-    vec3 rest = clamp(t, vec3(0.0), vec3(kBelowOne));
-    uint node = guideSpatialNode(0u);
-    for (uint depth = 0u; depth < kMaxSpatialDepth; ++depth) {
-        if ((node & kSpatialLeaf) != 0u) break;
-        float x = 2.0 * rest.x;
-        uint side = x >= 1.0 ? 1u : 0u;
-        rest = vec3(rest.y, rest.z, x - float(side)); // the axis to be split comes first
-        node = guideSpatialNode(node + side);
+    // The highest of these bits are the sides of the first level. Exact: float and integer hold all of them.
+    uvec3 sides = uvec3(clamp(t, vec3(0.0), vec3(kBelowOne)) * float(1 << kMaxSpatialLevels));
+    uint word = 0u;
+    for (uint level = kMaxSpatialLevels; level-- > 0u;) {
+        uvec3 side = sides >> level & 1u;
+        word = guideSpatialWord(word + side.x + 2u * side.y + 4u * side.z);
+        if ((word & kSpatialLeaf) != 0u) break;
     }
-    return node & ~kSpatialLeaf;
+    return word & ~kSpatialLeaf;
 }
 
 struct GuideWalk {

@@ -1,6 +1,6 @@
 // The guide at a vertex: its cell and mixture, and the directions drawn from it and from the material in one (one-sample mix).
 #include "shared/guide.h"
-READ_UINT(guideSpatialNode, kBindGuideSpatial)
+READ_UINT(guideSpatialWord, kBindGuideSpatial)
 READ_UVEC4(guideCellTexel, kBindGuideCells)
 READ_UVEC4(guideNode, kBindGuideNodes)
 layout(binding = kBindGuideInfo, scalar) uniform GuideInfoBlock { GuideInfo guide; };

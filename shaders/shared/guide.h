@@ -4,9 +4,12 @@
 #include "shared/prelude.h"
 CMPG_SHARED_BEGIN
 
-// Spatial nodes, a word each, the root first: index of the first of two neighbouring children, or kSpatialLeaf | cell.
+// Spatial nodes, a word for each octant of their box, the root first: the first word of the octant's own node, or kSpatialLeaf | cell. Octants have the
+// number (x >= middle) + 2 (y >= middle) + 4 (z >= middle).
 CMPG_CONST kSpatialLeaf = 0x80000000u;
-CMPG_CONST kMaxSpatialDepth = 40;
+CMPG_CONST kSpatialChildren = 8;
+CMPG_CONST kMaxSpatialDepth = 40; // splits, of one axis each
+CMPG_CONST kMaxSpatialLevels = 14; // nodes on the way to a cell
 CMPG_CONST kMaxQuadDepth = 10;
 
 // A cell: two uvec4 texels.

@@ -3,6 +3,7 @@
 
 #include "guiding/field/quadtree.h"
 #include "guiding/field/quadtree_texels.h"
+#include "guiding/field/spatial_words.h"
 #include "guiding/samples.h"
 #include "shared/guide.h"
 #include "statistics.h"
@@ -23,8 +24,7 @@ GuideTable published(SdTree tree) {
     GuideTable table;
     table.lower = tree.lower();
     table.inverseExtent = 1.0f / (tree.upper() - tree.lower());
-    for (const SpatialNode& n : tree.spatial())
-        table.spatial.push_back(n.child ? n.child : gpu::kSpatialLeaf | n.cell);
+    table.spatial = spatialWords(tree.spatial());
     for (const GuideCell& cell : tree.cells()) {
         const auto root = std::uint32_t(table.nodes.size());
         table.cells.push_back({root, mean(cell.total(), cell.records)});

@@ -16,7 +16,7 @@ static_assert(std::is_same_v<decltype(1.0), float>, "compile this file with -fsi
 namespace cmpg::shader_float {
 using namespace glm;
 using uint = std::uint32_t;
-using gpu::kSpatialLeaf, gpu::kMaxSpatialDepth, gpu::kMaxQuadDepth;
+using gpu::kSpatialLeaf, gpu::kMaxSpatialLevels, gpu::kMaxQuadDepth;
 using gpu::kQuadFractionBits, gpu::kQuadFractionOne, gpu::kQuadChildBits;
 using gpu::kModelShift, gpu::kModelMask, gpu::kModelMetallicRoughness, gpu::kModelDielectric, gpu::kModelThinDielectric, gpu::kModelConductor, gpu::kModelPlastic;
 using gpu::kMaterialSmooth, gpu::kMaterialBeckmann, gpu::kMaterialNonlinear, gpu::kMaterialAnisotropic, gpu::kMaterialSheen, gpu::kMaterialAlphaSquared, gpu::kMaterialAspect,

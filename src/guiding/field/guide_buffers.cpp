@@ -4,6 +4,7 @@
 #include "base/communicator.h"
 #include "base/parallel.h"
 #include "guiding/field/quadtree_texels.h"
+#include "guiding/field/spatial_words.h"
 #include "shared/bindings.h"
 
 #include <algorithm>
@@ -83,12 +84,12 @@ void GuideBuffers::release(Block block) {
         free_[std::size_t(std::countr_zero(block.size))].push_back(block.first);
 }
 
-void GuideBuffers::growTo(std::size_t spatialNodes, std::size_t cells) {
+void GuideBuffers::growTo(std::size_t spatialWords, std::size_t cells) {
     const auto reserve = [&](Buffer& buffer, const char* name, std::uint64_t bytes, Texel texel) {
         if (!buffer || buffer.size() < bytes)
             buffer = Buffer(device_, name, std::bit_ceil(std::max<std::uint64_t>(bytes, 4096)), MemoryKind::Guide, texel);
     };
-    reserve(spatial_, "guide spatial tree", spatialNodes * 4, Texel::R32ui);
+    reserve(spatial_, "guide spatial tree", spatialWords * 4, Texel::R32ui);
     reserve(cells_, "guide cells", cells * sizeof(gpu::GpuGuideCell), Texel::Rgba32ui);
     reserve(cellSums_, "guide cell records", cells * sizeof(gpu::GuideCellSums), Texel::None);
 }
@@ -117,11 +118,8 @@ void GuideBuffers::clear() {
 
 void GuideBuffers::publish(SdTree& tree) {
     std::vector<GuideCell>& cells = tree.cells();
-    growTo(tree.spatial().size(), cells.size());
-    std::vector<std::uint32_t> spatial;
-    spatial.reserve(tree.spatial().size());
-    for (const SpatialNode& n : tree.spatial())
-        spatial.push_back(n.child ? n.child : gpu::kSpatialLeaf | n.cell);
+    const std::vector<std::uint32_t> spatial = spatialWords(tree.spatial());
+    growTo(spatial.size(), cells.size());
     spatial_.uploadAll(spatial);
 
     for (std::size_t i = cells.size(); i < blocks_.size(); ++i)
