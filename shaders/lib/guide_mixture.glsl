@@ -18,19 +18,18 @@ vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeig
         float plus = sign > 0 ? kPositivizedShare : 1.0 - kPositivizedShare;
         split = vec2(derivative * plus / total.y, derivative * (1.0 - plus) / total.z);
     }
-    if (kind == kGuidePrimal) return vec3(1.0, 0.0, 0.0);
-    if (kind == kGuideDifferential) return vec3(0.0, split.x, split.y);
-    if (kind == kGuideUniform) {
-        float p = total.x > 0.0 ? 1.0 / total.x : 0.0;
-        float d = derivative > 0.0 ? 1.0 / derivative : 0.0;
-        return vec3(p, d * split.x, d * split.y);
-    }
-    if (kind == kGuideConditional) {
-        float larger = max(lightWeight, derivativeWeight); // products with the masses cannot overflow
-        if (!(larger > 0.0)) return vec3(0.0);
-        return vec3(lightWeight / larger, split.x * (derivativeWeight / larger), split.y * (derivativeWeight / larger));
-    }
-    return vec3(0.0);
+    float larger = max(lightWeight, derivativeWeight); // products with the masses cannot overflow
+    float light = larger > 0.0 ? lightWeight / larger : 0.0, differential = larger > 0.0 ? derivativeWeight / larger : 0.0;
+    vec3 primal = vec3(1.0, 0.0, 0.0);
+    vec3 derivatives = vec3(0.0, split.x, split.y);
+    vec3 inverse = vec3(total.x > 0.0 ? 1.0 / total.x : 0.0, derivative > 0.0 ? (1.0 / derivative) * split : vec2(0.0));
+    vec3 conditional = vec3(light, split.x * differential, split.y * differential);
+    // Selected, not branched to: lavapipe compiles a kernel for the kind that it finds in the uniform buffer, where a branch by it spares half of the kernel, and then
+    // anew in every dispatch.
+    vec3 weights = kind == kGuidePrimal ? primal : vec3(0.0);
+    weights = kind == kGuideDifferential ? derivatives : weights;
+    weights = kind == kGuideUniform ? inverse : weights;
+    return kind == kGuideConditional ? conditional : weights;
 }
 
 // The conditional mixture with a quarter of P at least, where P knows something. What derivatives brought back is learned from few

@@ -30,7 +30,8 @@ GuidePoint guidePoint(vec3 position, Surface surface, Prefix prefix) {
     g.root = guideCellTexel(at).x;
     const vec3 total = uintBitsToFloat(guideCellTexel(at + 1).xyz);
     vec3 weights = guideWeights(guide.kind, total, meanOf(prefix.tangent), meanOf(prefix.throughput), batch.sign);
-    if (guide.kind == kGuideConditional) weights = guideDefended(weights, total);
+    const vec3 defended = guideDefended(weights, total);
+    weights = guide.kind == kGuideConditional ? defended : weights;
     g.parts = guideParts(weights, total);
     // Decided before anything is drawn: a cell that knows nothing must not be drawn from.
     g.guidable = hasDiffuse(surface) || smallestAlpha(surface) > kGuidableAlpha;

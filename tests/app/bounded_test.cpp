@@ -44,5 +44,21 @@ void expectFlatMemory(std::uint32_t steps) {
 TEST(Bounded, MemoryIsFlat) { expectFlatMemory(200); }
 TEST(Bounded, FullMemoryIsFlatOverTenThousandSteps) { expectFlatMemory(10000); }
 
+// lavapipe compiles a kernel anew in every dispatch, and keeps what it compiled, where a value of a uniform buffer spares it half of the kernel in the first one.
+TEST(Bounded, GuidedPassesTakeNoMemoryEach) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "adjoint.exr", Image(32, 24, 3, 0.5f));
+    const auto peak = [&](const std::string& batches) {
+        const auto result = test::runProgram({"gradient", CMPG_SOURCE_DIR "/scenes/bowl/scene.gltf", "--param", "table.baseColor", "--adjoint", folder / "adjoint.exr",
+                                              "--width", "32", "--height", "24", "--train", "2", "--train-spp", "2", "--sampling", "conditional", "--spp-gradient",
+                                              "64", "--batches", batches, "--memory", "64", "--json", "--quiet", "--headless", "-o", folder / "gradient.exr"});
+        EXPECT_EQ(result.code, 0) << result.err;
+        return nlohmann::json::parse(result.out)["memory"]["host_peak_bytes"].get<double>() / (1 << 20);
+    };
+    const double few = peak("8"), many = peak("64"); // each of 8 bounces
+    std::cout << "8 batches: " << few << " MiB, 64: " << many << " MiB\n";
+    EXPECT_LT(many, few + 32);
+}
+
 } // namespace
 } // namespace cmpg
