@@ -94,7 +94,7 @@ class Renderer:
             spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
             seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
             train: learning passes before this one. They learn a guide, from which this pass and those after it draw.
-            train_spp: samples per pixel of each; 0: as many as the pass has.
+            train_spp: samples per pixel of each; 0: all together as many as the pass, but 4 each.
             anew: whether they forget what passes of this renderer have learned before.
             frozen: draws from no guide.
             error_target: sample until |standard error| / |image| is this small (0.01 is 1 %); `spp` is the most. 0: no target.

@@ -132,9 +132,10 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
     const auto work = [&] {
         const Before before = begin(mode, view, how);
         if (guided && how.train > 0) {
-            constexpr std::uint32_t kBatched = 8; // how many the pass will have is not known yet
             fresh = false;
-            train(how.trainSpp > 0 ? how.trainSpp : batchesOf(how) > 0 ? kBatched : samplesOf(how));
+            train(how.trainSpp > 0        ? how.trainSpp
+                  : batchesOf(how) > 0 ? kLearningSamplesOfBatches
+                                       : learningSamples(samplesOf(how), how.train));
         }
         if (!how.frozen)
             passes->prepareNext(mode, how.layers);

@@ -1,6 +1,8 @@
 // What unset options stand for.
 #include "session/options.h"
 
+#include <cmpg/renderer.h>
+
 #include <algorithm>
 
 namespace cmpg {
@@ -57,8 +59,9 @@ std::uint32_t Options::effectiveTrain() const {
 std::uint32_t Options::effectiveTrainSpp() const {
     if (trainSpp)
         return *trainSpp;
-    constexpr std::uint32_t kBatched = 8; // how many the measured pass will have is not known yet
-    return effectiveBatches() > 0 ? kBatched : command == Command::Render ? effectiveSpp() : effectiveSppGradient();
+    if (effectiveBatches() > 0)
+        return v1::kLearningSamplesOfBatches;
+    return v1::learningSamples(command == Command::Render ? effectiveSpp() : effectiveSppGradient(), effectiveTrain());
 }
 
 std::uint32_t Options::effectiveBatches() const {

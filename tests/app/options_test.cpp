@@ -90,6 +90,21 @@ TEST(Options, SamplesPerPixelDependOnTheCommand) {
     EXPECT_EQ(optimize.effectiveSppGradient(), 4u);
 }
 
+TEST(Options, LearningPassesHaveTogetherWhatThePassHas) {
+    const auto samples = [](std::vector<std::string> more) {
+        std::vector<std::string> arguments{"render", "s", "-o", "a.exr"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return parse(arguments).effectiveTrainSpp();
+    };
+    EXPECT_EQ(samples({"--spp", "64", "--train", "8"}), 8u);
+    EXPECT_EQ(samples({"--spp", "65", "--train", "8"}), 9u);
+    EXPECT_EQ(samples({"--spp", "16", "--train", "8"}), 4u); // at least
+    EXPECT_EQ(samples({"--spp", "2", "--train", "8"}), 2u);  // but no more than the pass
+    EXPECT_EQ(samples({"--spp", "64", "--train", "1"}), 64u);
+    EXPECT_EQ(samples({"--spp", "64", "--train", "8", "--batches", "8"}), 8u);
+    EXPECT_EQ(samples({"--spp", "64", "--train", "8", "--train-spp", "3"}), 3u);
+}
+
 TEST(Options, QualitySetsWhatIsNotGiven) {
     const std::vector<std::string> render = {"render", "s", "-o", "a.exr", "--quality"};
     const auto with = [&](std::vector<std::string> more) {

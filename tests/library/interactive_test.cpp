@@ -102,6 +102,7 @@ TEST(LibraryGuide, LearnsAPassAtATimeAndTellsWhatItKnows) {
     const PassOptions pass{.width = 24, .height = 24, .spp = 8, .seed = 3, .train = 1};
     PassOptions three = pass;
     three.train = 3;
+    three.trainSpp = pass.spp;
     Renderer renderer(device(), scene, paintingRenderer()), whole(device(), scene, paintingRenderer(false));
     EXPECT_FALSE(renderer.guideAt({0, 0, 0}, PassKind::Forward));
     int compiled = 0;
