@@ -179,8 +179,9 @@ const std::set<std::string> kRepeated = {
     "bowl_bowl.baseColor_self",                                                     // environment_steel.baseColor_one: metal
     "box_left.baseColor_reverse", "box_painting.baseColor_one",                     // box_white.baseColor_one, box_painting.baseColor_reverse
     "brushed_varied.anisotropy_reverse", "brushed_wavy.anisotropy_one",             // brushed_varied.anisotropy_one
-    "brushed_wavy.normal_reverse",                                                  // brushed_wavy.normal_one
+    "brushed_wavy.normal_reverse", "brushed_wavy.normal_one",                       // materials_wavy.normal_one
     "coats_brass.baseColor_one", "coats_half.baseColor_one",                        // coats_brass.baseColor_reverse, metals_plastic.baseColor_one
+    "coats_half.specular_one",                                                      // materials_varied.specular_one
     "door_image",                                                                   // box_image
     "environment_environment.radiance_self", "materials_environment.radiance_one", // environment_environment.radiance_reverse
     "environment_painting.baseColor_one", "environment_painting.baseColor_reverse", // box_painting.baseColor_reverse; the light is in environment_image
@@ -190,6 +191,7 @@ const std::set<std::string> kRepeated = {
     "materials_lamp.emission_one", "materials_wavy.normal_reverse",                 // the other mode
     "metals_plastic.baseColor_reverse",                                             // metals_plastic.baseColor_one
     "mitsuba_brushed_steel.alpha_v_one", "mitsuba_brushed_gold.anisotropic_one",    // mitsuba_brushed_steel.alpha_u_one
+    "mitsuba_brushed_patterned.alpha_u_reverse",                                    // the same
     "mitsuba_blends_rusty.weight_one",                                              // the same in reverse
     "mitsuba_covers_ground.reflectance_one",                                        // mitsuba_covers_veil.reflectance_one; what lets light through is in the image
     "mitsuba_emitters_red.reflectance_one", "mitsuba_shapes_red.reflectance_one",   // box_white.baseColor_one: matt; lights and shapes are in the images
