@@ -20,7 +20,7 @@ CMPG_CONST kBindScene = 11; // SceneInfo
 
 // The guide, read and written in layouts of shaders/shared/guide.h.
 CMPG_CONST kBindGuideInfo = 12; // GuideInfo
-CMPG_CONST kBindGuideSpatial = 13; // uint a spatial node
+CMPG_CONST kBindGuideSpatial = 13; // uint an octant of a spatial node
 CMPG_CONST kBindGuideCells = 14; // uvec4 texels of GpuGuideCell
 CMPG_CONST kBindGuideNodes = 15; // a uvec4 texel a quadtree node
 CMPG_CONST kBindGuideLeafSums = 26; // GuideLeafSums a quadrant
