@@ -31,13 +31,14 @@ struct RendererOptions {
 };
 
 // Samples per pixel of each of `passes` learning passes before a pass of `spp`, where nothing else is asked for: together as many as it has, but four each, or
-// `spp` if that is less.
-inline std::uint32_t learningSamples(std::uint32_t spp, std::uint32_t passes) {
-    constexpr std::uint32_t kFewest = 4;
+// `spp` if that is less. Before several batches, whose number of samples is not known yet, eight.
+inline std::uint32_t learningSamples(std::uint32_t spp, std::uint32_t passes, std::uint32_t batches) {
+    constexpr std::uint32_t kFewest = 4, kBatched = 8;
+    if (batches > 0)
+        return kBatched;
     const std::uint32_t part = passes > 0 ? spp / passes + (spp % passes > 0 ? 1 : 0) : spp;
     return std::min(spp, std::max(part, kFewest));
 }
-constexpr std::uint32_t kLearningSamplesOfBatches = 8; // how many the pass will have is not known yet
 
 // What one pass makes.
 struct PassOptions {
@@ -49,7 +50,7 @@ struct PassOptions {
     std::uint32_t spp = 0;     // samples per pixel; 0: 64, or up to 65536 under an error target or a time budget
     std::uint64_t seed = 0;    // equal seeds, equal random numbers; images and derivatives of one seed have independent ones
     std::uint32_t frame = 0;   // passes of one seed and different frames have independent random numbers
-    // Learning passes before this one, of `trainSpp` samples per pixel (0: learningSamples(), or kLearningSamplesOfBatches). They
+    // Learning passes before this one, of `trainSpp` samples per pixel (0: learningSamples()). They
     // learn a guide anew, or continue that of GuideOptions::load, and this pass and those after it draw from it.
     std::uint32_t train = 0, trainSpp = 0;
     bool anew = true; // false: they continue what passes of this renderer have learned, if its guide can be kept

@@ -24,7 +24,7 @@ vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeig
     vec3 derivatives = vec3(0.0, split.x, split.y);
     vec3 inverse = vec3(total.x > 0.0 ? 1.0 / total.x : 0.0, derivative > 0.0 ? (1.0 / derivative) * split : vec2(0.0));
     vec3 conditional = vec3(light, split.x * differential, split.y * differential);
-    // Selected, not branched to: lavapipe compiles a kernel for the kind that it finds in the uniform buffer, where a branch by it spares half of the kernel, and then
+    // Selected, not branched to: lavapipe compiles a kernel for the kind that it finds in the uniform buffer, where a branch by it changes the kernel much, and then
     // anew in every dispatch.
     vec3 weights = kind == kGuidePrimal ? primal : vec3(0.0);
     weights = kind == kGuideDifferential ? derivatives : weights;

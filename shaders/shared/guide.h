@@ -9,7 +9,7 @@ CMPG_SHARED_BEGIN
 CMPG_CONST kSpatialLeaf = 0x80000000u;
 CMPG_CONST kSpatialChildren = 8;
 CMPG_CONST kMaxSpatialDepth = 40; // splits, of one axis each
-CMPG_CONST kMaxSpatialLevels = 14; // nodes on the way to a cell
+CMPG_CONST kMaxSpatialLevels = (kMaxSpatialDepth + 2u) / 3u; // nodes on the way to a cell
 CMPG_CONST kMaxQuadDepth = 10;
 
 // A cell: two uvec4 texels.

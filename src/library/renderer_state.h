@@ -133,9 +133,7 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
         const Before before = begin(mode, view, how);
         if (guided && how.train > 0) {
             fresh = false;
-            train(how.trainSpp > 0        ? how.trainSpp
-                  : batchesOf(how) > 0 ? kLearningSamplesOfBatches
-                                       : learningSamples(samplesOf(how), how.train));
+            train(how.trainSpp > 0 ? how.trainSpp : learningSamples(samplesOf(how), how.train, batchesOf(how)));
         }
         if (!how.frozen)
             passes->prepareNext(mode, how.layers);

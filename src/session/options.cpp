@@ -59,9 +59,7 @@ std::uint32_t Options::effectiveTrain() const {
 std::uint32_t Options::effectiveTrainSpp() const {
     if (trainSpp)
         return *trainSpp;
-    if (effectiveBatches() > 0)
-        return v1::kLearningSamplesOfBatches;
-    return v1::learningSamples(command == Command::Render ? effectiveSpp() : effectiveSppGradient(), effectiveTrain());
+    return v1::learningSamples(command == Command::Render ? effectiveSpp() : effectiveSppGradient(), effectiveTrain(), effectiveBatches());
 }
 
 std::uint32_t Options::effectiveBatches() const {

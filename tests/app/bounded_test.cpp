@@ -44,7 +44,7 @@ void expectFlatMemory(std::uint32_t steps) {
 TEST(Bounded, MemoryIsFlat) { expectFlatMemory(200); }
 TEST(Bounded, FullMemoryIsFlatOverTenThousandSteps) { expectFlatMemory(10000); }
 
-// lavapipe compiles a kernel anew in every dispatch, and keeps what it compiled, where a value of a uniform buffer spares it half of the kernel in the first one.
+// lavapipe compiles a kernel anew in every dispatch, and keeps what it compiled, where a branch by a value of a uniform buffer changes it much in the first one.
 TEST(Bounded, GuidedPassesTakeNoMemoryEach) {
     const test::TemporaryFolder folder;
     writeExr(folder / "adjoint.exr", Image(32, 24, 3, 0.5f));

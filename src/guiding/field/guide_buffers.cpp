@@ -84,12 +84,12 @@ void GuideBuffers::release(Block block) {
         free_[std::size_t(std::countr_zero(block.size))].push_back(block.first);
 }
 
-void GuideBuffers::growTo(std::size_t spatialWords, std::size_t cells) {
+void GuideBuffers::growTo(std::size_t words, std::size_t cells) {
     const auto reserve = [&](Buffer& buffer, const char* name, std::uint64_t bytes, Texel texel) {
         if (!buffer || buffer.size() < bytes)
             buffer = Buffer(device_, name, std::bit_ceil(std::max<std::uint64_t>(bytes, 4096)), MemoryKind::Guide, texel);
     };
-    reserve(spatial_, "guide spatial tree", spatialWords * 4, Texel::R32ui);
+    reserve(spatial_, "guide spatial tree", words * 4, Texel::R32ui);
     reserve(cells_, "guide cells", cells * sizeof(gpu::GpuGuideCell), Texel::Rgba32ui);
     reserve(cellSums_, "guide cell records", cells * sizeof(gpu::GuideCellSums), Texel::None);
 }

@@ -34,7 +34,7 @@ class GuideBuffers {
     };
     Block allocate(std::uint32_t nodes);
     void release(Block block);
-    void growTo(std::size_t spatialWords, std::size_t cells);
+    void growTo(std::size_t words, std::size_t cells);
     // Consecutive nodes that cover the blocks: transfers are few, and may take some nodes between blocks along.
     std::vector<Block> runs(std::vector<Block> blocks) const;
 

@@ -5,8 +5,6 @@
 
 namespace cmpg {
 
-static_assert(3 * gpu::kMaxSpatialLevels >= gpu::kMaxSpatialDepth);
-
 std::vector<std::uint32_t> spatialWords(std::span<const SpatialNode> tree) {
     std::vector<std::uint32_t> roots{0}; // in the binary tree, of the nodes so far: breadth first, so that those near the root lie together
     std::vector<std::uint32_t> words;
