@@ -55,9 +55,10 @@ void normalise(float* n) {
 
 template <class Step>
 std::uint64_t apply(const Step& step, std::span<const double> gradient, Moments& moments, Parameter& parameter) {
-    const float lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     const std::size_t channels = parameter.channels;
     const bool unit = parameter.kind == SlotKind::Normal && channels == 3;
+    // A normal is a direction: a map of a scale above 1 has components beyond the range, and to clamp one alone would turn it.
+    const float lowest = unit ? -kLongestNormal : parameter.lowest(), highest = unit ? kLongestNormal : std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();
     float* first = moments.first.data();
     float* second = moments.second.empty() ? moments.first.data() : moments.second.data(); // SGD reads it, to no effect

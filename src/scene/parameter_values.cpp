@@ -12,7 +12,11 @@ namespace {
 
 void requireRange(const Parameter& parameter, std::vector<float>& values) {
     constexpr float kRounding = 1e-4f; // of files that went through another program
-    const float lowest = parameter.lowest(), highest = parameter.highest();
+    float lowest = parameter.lowest(), highest = parameter.highest();
+    if (parameter.kind == SlotKind::Normal) { // directions, of a map with its scale in them: their length says nothing
+        lowest = -kLongestNormal;
+        highest = kLongestNormal;
+    }
     for (float& v : values) {
         if (!(v >= lowest - kRounding && v <= highest + kRounding) || std::isinf(v)) {
             char text[160];

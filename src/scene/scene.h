@@ -38,6 +38,8 @@ inline bool shapesLobe(SlotKind kind) {
 
 enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
 
+constexpr float kLongestNormal = 1e6f; // as large as a normal map's scale may be
+
 // One parameter: every slot that a material has is one, constant (1x1) or textured.
 struct Parameter {
     std::string name; // "<material>.<slot>" or "environment.radiance"
@@ -60,7 +62,7 @@ struct Parameter {
 
     std::size_t entries() const { return std::size_t(width) * height * channels; }
     void materialise();
-    // Range of the values: [0,1], [0,inf) or [-1,1]; see docs/conventions.md.
+    // Range of the values: [0,1], [0,inf) or [-1,1]; see docs/conventions.md. Normals with their map's scale in them may be as long as kLongestNormal.
     float lowest() const;
     float highest() const;
 };

@@ -103,6 +103,23 @@ TEST(Optimizer, ProjectsToTheRange) {
     }
 }
 
+// A normal map of scale 2 has texels like these. Without a gradient they are made unit vectors, and no component is clamped alone.
+TEST(Optimizer, LongNormalsKeepTheirDirection) {
+    Parameter parameter = makeParameter("m.normal", SlotKind::Normal, 2, 1, 3, 0);
+    parameter.values = {1.2f, 0, 0.8f, -1.8f, 1.5f, 0.3f};
+    const std::vector<float> before = parameter.values;
+    for (const OptimizerKind kind : {OptimizerKind::Adam, OptimizerKind::Sgd}) {
+        const OptimizerConfig config = withRate(kind, 0.1f);
+        Parameter moved = parameter;
+        Moments moments = initialMoments(config, moved);
+        updateParameter(config, 0, 1, std::vector<double>(6, 0.0), moments, moved);
+        for (std::size_t i = 0; i < 6; ++i) {
+            const float* n = before.data() + i / 3 * 3;
+            EXPECT_NEAR(moved.values[i], before[i] / std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1e-6) << i;
+        }
+    }
+}
+
 TEST(Optimizer, NormalsKeepUnitLength) {
     const OptimizerConfig config = withRate(OptimizerKind::Adam, 0.1f);
     Parameter parameter = makeParameter("m.normal", SlotKind::Normal, 8, 8, 3, 0);

@@ -1,8 +1,10 @@
 // Parameters of scenes: their names, ranges and floors.
 #include "gltf_writer.h"
+#include "scene/parameter_values.h"
 #include "test_images.h"
 
 #include <cmath>
+#include <limits>
 
 namespace cmpg::test {
 namespace {
@@ -48,6 +50,18 @@ TEST(Parameters, FloorsOfRoughnessAreThoseOfTheShaders) {
     s.materials[1].roughnessIsAlpha = false;
     EXPECT_EQ(s.floorOf(6), root);
     EXPECT_EQ(s.floorOf(9), 0);
+}
+
+// What a normal map's scale has made can be set again as it is.
+TEST(Parameters, NormalsMayBeLong) {
+    Parameter normal;
+    normal.kind = SlotKind::Normal;
+    const std::vector<float> steep = {-1.8f, 1.5f, 0.3f};
+    setValues(normal, steep);
+    EXPECT_EQ(normal.values, steep);
+    EXPECT_THROW(setValues(normal, {std::numeric_limits<float>::infinity(), 0, 1}), Error);
+    EXPECT_THROW(setValues(normal, {std::numeric_limits<float>::quiet_NaN(), 0, 1}), Error);
+    EXPECT_THROW(setValues(normal, {2e6f, 0, 1}), Error);
 }
 
 TEST(Parameters, RangesBelongToTheSlot) {
