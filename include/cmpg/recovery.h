@@ -171,6 +171,9 @@ class Recovery {
     bool resume(const std::filesystem::path& folder, std::vector<Warning>* warnings = nullptr);
     // The note of the one that resume() continues from; none where the folder has none. Error(Input) where none can be read.
     static std::optional<std::string> note(const std::filesystem::path& folder);
+    // Renames the newest checkpoint of a folder, so that resume() finds none there: before another run begins in it. Returns the new name, empty where there
+    // was none. Error(Output) where that fails.
+    static std::filesystem::path setAside(const std::filesystem::path& folder);
 
     // Writes what was learned, for GuideOptions::load. Error(Usage) where nothing is learned, Error(Output) where it cannot be written.
     void saveGuide(const std::filesystem::path& file) const;

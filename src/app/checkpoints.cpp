@@ -14,8 +14,12 @@ Checkpoints::Checkpoints(const Options& options, EventLog& log)
       config_(toConfig(options).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)), log_(log) {}
 
 void Checkpoints::resume(v1::Recovery& run) {
-    if (resumed_.empty())
+    if (resumed_.empty()) {
+        const std::filesystem::path aside = ranks().isRoot() ? v1::Recovery::setAside(folder_) : std::filesystem::path();
+        if (!aside.empty())
+            log_.warn("checkpoint_replaced", "'" + folder_.string() + "' has the checkpoint of an earlier run, which is now " + aside.filename().string() + ": --resume continues this run");
         return;
+    }
     const std::string folder = resumed_.string();
     std::vector<v1::Warning> warnings;
     const bool found = run.resume(resumed_, &warnings);

@@ -14,7 +14,7 @@ class Checkpoints {
     Checkpoints(const Options& options, EventLog& log);
 
     // Continues from the checkpoint that --resume asks for; a run without one begins at its first step, which is said. Error where
-    // there is one that cannot be used, or is of another run.
+    // there is one that cannot be used, or is of another run. Without --resume, sets aside what an earlier run left in the folder, which is said.
     void resume(v1::Recovery& run);
 
     // Writes one if it is time. One that cannot be written is told, and no error: the run continues without.

@@ -22,4 +22,6 @@ std::optional<std::string> Recovery::note(const std::filesystem::path& folder) {
     return found ? std::optional(std::move(found->config)) : std::nullopt;
 }
 
+std::filesystem::path Recovery::setAside(const std::filesystem::path& folder) { return setCheckpointsAside(folder); }
+
 } // namespace cmpg::v1

@@ -118,4 +118,19 @@ void writeCheckpointFile(const fs::path& folder, const std::vector<FileSection>&
         throw failed(std::strerror(errno));
 }
 
+fs::path setCheckpointsAside(const fs::path& folder) {
+    const fs::path aside = folder / "checkpoint.replaced.bin";
+    bool kept = false;
+    for (const fs::path& file : checkpointFiles(folder)) {
+        std::error_code error;
+        if (!fs::exists(file, error))
+            continue;
+        kept ? void(fs::remove(file, error)) : fs::rename(file, aside, error);
+        if (error)
+            throw Error(ErrorKind::Output, "cannot set " + file.string() + " aside, of an earlier run: " + error.message(), "no permission", "choose another folder");
+        kept = true;
+    }
+    return kept ? aside : fs::path();
+}
+
 } // namespace cmpg

@@ -7,6 +7,9 @@
 
 namespace cmpg {
 
+// More than any machine's memory holds: one of a texture of 8192 x 8192 texels has 6 GB.
+constexpr std::uintmax_t kMostCheckpointBytes = std::uintmax_t(1) << 44;
+
 struct FileSection {
     std::string name; // 1 to 8 characters
     Bytes bytes;
@@ -18,6 +21,10 @@ std::vector<std::filesystem::path> checkpointFiles(const std::filesystem::path& 
 // Replaces the first of them, which becomes the second. Makes the folder where it is gone. Error(Output) if anything of it fails: then
 // what was there is still there.
 void writeCheckpointFile(const std::filesystem::path& folder, const std::vector<FileSection>& sections);
+
+// Renames the newest of them to checkpoint.replaced.bin, in place of an older one of that name, and removes the others: what begins in this folder is another
+// run. Returns the new name, empty where there was none. Error(Output) if that fails.
+std::filesystem::path setCheckpointsAside(const std::filesystem::path& folder);
 
 // Error(Input) on anything that was not written like this, to the last bit; the message says what is wrong.
 std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes);

@@ -62,7 +62,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
     case OptionGroup::Guide:
         v({"train", "N", "0; compare, tradeoff: 8", "Learning passes before the measured one", Run}, o.train);
         v({"train-spp", "N", "all together as many as the measured pass, but 4 each; of several batches: 8", "Samples per pixel of a learning pass"}, o.trainSpp);
-        v({"save-guide", "FILE", "", "Write what was learned", Output}, o.saveGuide);
+        v({"save-guide", "FILE", "", "Write what was learned", Run}, o.saveGuide);
         v({"load-guide", "FILE", "", "Start from what an earlier run learned", Contents}, o.loadGuide);
         v({"guide-memory", "MiB", "64", "Limit of the guide's own device memory; cells stop splitting there"}, o.guideMemory);
         v({"guide-share", "F", "0.5", "Of directions, drawn from the guide where it knows something; the rest from the material"}, o.guideShare);

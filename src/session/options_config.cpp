@@ -151,6 +151,10 @@ nlohmann::ordered_json toConfig(const Options& options) {
     o.environment = absolutePath(o.environment);
     o.adjoint = absolutePath(o.adjoint);
     o.loadGuide = absolutePath(o.loadGuide);
+    if (o.command == Command::Optimize) // which learns from the first step on then, also when it continues
+        o.saveGuide = absolutePath(o.saveGuide);
+    else
+        o.saveGuide.clear();
     if (o.reference != "auto")
         o.reference = absolutePath(o.reference);
     if (o.direction != "one" && o.direction != "self")

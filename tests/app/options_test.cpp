@@ -298,6 +298,7 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
         {"render", "/s.gltf", "-o", "a.exr", "--quality", "accurate", "--train", "2", "--train-spp", "3", "--guide-share", "0.25", "--cell-records", "100",
          "--direction-share", "0.02", "--forgetting", "0.5", "--roulette-effort", "2", "--error-target", "3%", "--batches", "16", "--spp", "640"},
         {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "/t.exr", "--time-budget", "2min", "--stop-after", "3", "--error-target", "0.5"},
+        {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "/t.exr", "--save-guide", "/a.guide"},
         {"tradeoff", "/s.gltf", "-o", "d", "--param", "p", "--direction", "self", "--time", "1h", "--seeds", "2"},
         {"guide", "/a.guide", "--validate", "--csv", "--cell", "3", "--weights", "1,2"},
     };

@@ -174,7 +174,7 @@ TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {
     }
     const std::size_t done = rows("run");
     ASSERT_LT(done, std::size_t(kSteps));
-    const auto result = runProgram({"optimize", "--resume", folder_ / "run", "--save-guide", folder_ / "run/learned.guide"});
+    const auto result = runProgram({"optimize", "--resume", folder_ / "run"});
     EXPECT_EQ(result.code, 0) << result.err;
     expectSame(results("run"), expected(), "resumed");
     const auto resumed = events("run", "resume");
@@ -187,6 +187,19 @@ TEST_F(Resume, AnInterruptedRunGoesOnFromItsFolderAlone) {
     const auto again = runProgram(command("run", {"--resume", folder_ / "run"}));
     EXPECT_EQ(again.code, 0) << again.err;
     expectSame(results("run"), expected(), "finished");
+}
+
+// Without --resume a folder gets another run; what the earlier one left is no part of it.
+TEST_F(Resume, AnEarlierRunInTheFolderIsNotContinued) {
+    ASSERT_EQ(runProgram(command("run", {}, 2)).code, 0);
+    const std::string earlier = test::readText(checkpointFiles(folder_ / "run")[0]);
+    const auto other = runProgram(command("run", {"--checkpoint-every", "0"}, 1));
+    EXPECT_EQ(other.code, 0) << other.err;
+    EXPECT_NE(other.err.find("checkpoint.replaced.bin"), std::string::npos) << other.err;
+    EXPECT_TRUE(test::readText(folder_ / "run/checkpoint.replaced.bin") == earlier);
+    const auto resumed = runProgram({"optimize", "--resume", folder_ / "run"});
+    EXPECT_EQ(resumed.code, 2) << resumed.err; // the run kept none
+    EXPECT_EQ(rows("run"), 1u);
 }
 
 TEST_F(Resume, BeginsAtStepZeroWhereThereIsNoCheckpoint) {

@@ -191,6 +191,26 @@ TEST_F(CheckpointFiles, ACompleteFileThatWasNotNamedYetCounts) {
     EXPECT_EQ(findCheckpoint(folder_, refused)->state.step, 2u);
 }
 
+// Another run begins in the folder: the newest is kept under another name, and none is found.
+TEST_F(CheckpointFiles, ThoseOfAnEarlierRunAreSetAside) {
+    EXPECT_TRUE(setCheckpointsAside(folder_).empty());
+    Bench bench;
+    for (int steps = 0; steps < 2; ++steps) {
+        bench.advance(1);
+        writeCheckpointFile(folder_, bench.sections());
+    }
+    const Bytes newest = readFile(checkpointFiles(folder_)[0]);
+    const fs::path aside = setCheckpointsAside(folder_);
+    EXPECT_EQ(readFile(aside), newest);
+    std::vector<std::string> refused;
+    EXPECT_FALSE(findCheckpoint(folder_, refused));
+    EXPECT_TRUE(refused.empty());
+    bench.advance(1);
+    writeCheckpointFile(folder_, bench.sections());
+    EXPECT_EQ(setCheckpointsAside(folder_), aside); // in place of the older one
+    EXPECT_NE(readFile(aside), newest);
+}
+
 TEST_F(CheckpointFiles, OtherVersionsAndFilesAreNamed) {
     Bytes file = smallFile();
     file[8] = 99;
