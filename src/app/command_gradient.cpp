@@ -22,16 +22,13 @@ std::vector<v1::Direction> directionsOf(const RenderSession& session, const std:
     return directions;
 }
 
-Image forward(const Options& options, Report& report, RenderSession& session, const std::vector<v1::Direction>& directions, ExitStatus& code) {
+Image forward(const Options& options, Report& report, RenderSession& session, const std::vector<v1::Direction>& directions, v1::PassReport& done) {
     DisplayStream display(options.displayServer, displayTitle(options));
     v1::PassOptions pass = session.pass(options.effectiveSppGradient());
     pass.onImage = shownIn(display, "gradient");
-    v1::PassReport done;
     Image gradient = session.renderer().forward(directions, pass, &done);
     session.add(done);
     report.seconds.gradient += done.seconds;
-    code = session.conclude(done, &Options::sppGradient);
-    session.tell(done);
     return gradient;
 }
 
@@ -69,6 +66,7 @@ ExitStatus runReverse(const Options& options, Report& report, RenderSession& ses
         requireWritableFile(options.output, ".exr");
     else
         requireWritableFolder(options.output);
+    requireWritableGuide(options.saveGuide);
 
     DisplayStream display(options.displayServer, displayTitle(options));
     Image adjoint;
@@ -98,8 +96,8 @@ ExitStatus runReverse(const Options& options, Report& report, RenderSession& ses
 
     for (std::size_t i = 0; i < gradients.size(); ++i)
         display.show("gradient." + session.parameters[i], parameterImage(session.parameter(i), gradients[i]));
-    session.tell(done);
     writeGradients(options, report, session, gradients);
+    session.tell(done);
     session.finish();
     return code;
 }
@@ -134,6 +132,7 @@ ExitStatus runForward(const Options& options, Report& report, RenderSession& ses
         requireWritableFile(options.output, ".exr");
     if (!options.layers.empty())
         requireWritableFile(options.layers, ".exr");
+    requireWritableGuide(options.saveGuide);
     const std::vector<v1::Direction> directions = directionsOf(session, options.direction); // reports a bad file before anything else
     constexpr int kCheckWidth = 128;                                                        // many renders, compared by blocks
     const SeenView view = viewOf(options, session.host(), "", nullptr, options.check ? kCheckWidth : 512);
@@ -152,12 +151,15 @@ ExitStatus runForward(const Options& options, Report& report, RenderSession& ses
     if (options.output.empty()) {
         session.finish();
     } else {
-        const Image gradient = forward(options, report, session, directions, code);
+        v1::PassReport done;
+        const Image gradient = forward(options, report, session, directions, done);
+        code = session.conclude(done, &Options::sppGradient);
         if (session.parameters.size() == 1)
             warnUnreached(session.host(), session.parameters[0], std::any_of(gradient.values.begin(), gradient.values.end(), [](float g) { return g != 0; }));
         if (ranks().isRoot())
             writeExr(options.output, gradient);
         report.outputs.emplace_back("gradient", options.output);
+        session.tell(done);
         session.finish(&gradient);
     }
     return agrees ? code : ExitStatus::CheckFailed;

@@ -168,12 +168,32 @@ void showStep(const Session& session, const v1::Recovery& run, DisplayStream& di
     }
 }
 
-void warnOfUnreached(const Session& session, const v1::Recovery& run) {
-    for (const std::string& name : session.parameters) {
-        const std::vector<double> gradient = run.gradient(name);
-        warnUnreached(session.host(), name, std::any_of(gradient.begin(), gradient.end(), [](double g) { return std::isfinite(g) && g != 0; }));
+// Warns of parameters that no step has reached once steps have seen every view.
+class UnreachedParameters {
+  public:
+    UnreachedParameters(const Session& session, const Options& options, std::size_t views)
+        : session_(session), left_(session.parameters), stepsForAll_(seesAllAtOnce(options.recovery.viewsPerStep, views) ? 1 : views) {}
+
+    void afterStep(const v1::Recovery& run) {
+        if (run.steps() > stepsForAll_)
+            return;
+        std::erase_if(left_, [&](const std::string& name) {
+            const std::vector<double> gradient = run.gradient(name);
+            return std::any_of(gradient.begin(), gradient.end(), [](double g) { return std::isfinite(g) && g != 0; });
+        });
+        if (run.steps() == stepsForAll_)
+            for (const std::string& name : left_)
+                warnUnreached(session_.host(), name, false);
     }
-}
+
+  private:
+    // Else views take turns for some steps at least, one a step or more.
+    static bool seesAllAtOnce(std::uint32_t viewsPerStep, std::size_t views) { return viewsPerStep == 0 ? views <= 3 : viewsPerStep >= views; }
+
+    const Session& session_;
+    std::vector<std::string> left_;
+    std::size_t stepsForAll_;
+};
 
 ExitStatus tellErrors(const Options& options, Report& report, const v1::GradientErrors& errors) {
     report.extra["error"] = {{"gradients", errors.gradients}, {"missed", errors.missed}, {"worst", errors.worst}};
@@ -197,6 +217,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     how.parameters = session.parameters;
     Views views = loadViews(options, session.host());
     requireWritableFolder(options.output);
+    requireWritableGuide(options.saveGuide);
     const std::filesystem::path output = ranks().isRoot() ? options.output : std::string(); // one rank writes
     EventLog log(output.empty() ? output : output / "log.jsonl");
     v1::Recovery run(session.openDevice(), session.scene, views.targets, how);
@@ -221,9 +242,12 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     });
 
     RunLog runLog(log, how.steps);
+    UnreachedParameters unreached(session, options, views.views.size());
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, how.steps);
     double lastStep = report.elapsed();
     std::uint32_t end = std::min(how.steps, options.stopAfter.value_or(how.steps));
+    if (how.warmUp >= how.steps)
+        log.warn("nothing_recovered", "all " + std::to_string(how.steps) + " steps are of --warm-up: they learn the guide, and leave the parameters as they are");
     bool stopped = false;
     std::optional<Error> failure;
     try {
@@ -240,8 +264,8 @@ ExitStatus runOptimize(const Options& options, Report& report) {
             checkpoints.afterStep(run);
             runLog.afterStep(step, run.report(), report, session.openDevice());
             showStep(session, run, display);
-            if (step.step == 0)
-                warnOfUnreached(session, run);
+            if (before.empty()) // what earlier steps of a run that continues have reached is not known
+                unreached.afterStep(run);
             if (!options.quiet)
                 progress.update(step, options.timeBudget ? std::optional(*options.timeBudget - now) : std::nullopt);
         }

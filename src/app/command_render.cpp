@@ -11,6 +11,7 @@ ExitStatus runRender(const Options& options, Report& report) {
     requireWritableFile(options.output, ".exr");
     if (!options.layers.empty())
         requireWritableFile(options.layers, ".exr");
+    requireWritableGuide(options.saveGuide);
     RenderSession session(options, report);
     session.prepare(viewOf(options, session.host(), ""), folderOf(options.output), {v1::PassKind::Render});
 

@@ -61,16 +61,20 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
             directions.push_back({session.parameters[p], directionOf(session.parameter(p), o.direction)});
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
+    std::vector<std::string> cameras;
     for (const std::string& text : o.target) {
         v1::Target given = averagedTo(o, openTarget(o, session.scene, text));
+        cameras.push_back(given.camera);
         const SeenView seen = viewOf(o, session.host(), given.camera, &given.image, kDefaultWidth);
         if (targets.empty())
             view = seen;
         given.camera = seen.camera;
         targets.push_back(std::move(given));
     }
-    if (!targets.empty())
+    if (!targets.empty()) {
+        requireMasksOf(o, session.host(), cameras);
         return;
+    }
     if (!o.adjoint.empty())
         adjoint = readColorImage(o.adjoint);
     view = viewOf(o, session.host(), "", o.adjoint.empty() ? nullptr : &adjoint, kDefaultWidth);

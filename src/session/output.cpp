@@ -32,7 +32,7 @@ void probe(const fs::path& folder, const fs::path& wanted) {
     std::error_code ignored;
     fs::remove(file, ignored);
     if (!made)
-        refuse(wanted, error ? std::strerror(error) : "the folder cannot be written", "choose another place with -o");
+        refuse(wanted, error ? std::strerror(error) : "the folder cannot be written", "choose another place");
 }
 
 std::string lowerCase(std::string text) {
@@ -52,7 +52,7 @@ void requireWritableFile(const fs::path& file, const char* extension) {
     std::error_code error;
     if (fs::is_directory(file, error))
         refuse(file, "it is a folder", "name a file in it");
-    if (lowerCase(file.extension().string()) != extension)
+    if (extension && lowerCase(file.extension().string()) != extension)
         throw Error(ErrorKind::Usage, "'" + file.string() + "' is to be a " + std::string(extension + 1) + " file", "",
                     "end its name in " + std::string(extension));
     const fs::path folder = folderOf(file);
@@ -73,6 +73,16 @@ void requireWritableFolder(const fs::path& folder) {
             refuse(folder, error.message(), "make the folder it is to stand in first");
     }
     probe(folder, folder);
+}
+
+void requireWritableGuide(const fs::path& file) {
+    if (file.empty() || !ranks().isRoot())
+        return;
+    std::error_code error;
+    fs::create_directories(folderOf(file), error);
+    if (error)
+        refuse(file, error.message(), "choose another place for it");
+    requireWritableFile(file, nullptr);
 }
 
 void writeTextFile(const fs::path& file, const std::string& text) {

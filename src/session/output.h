@@ -8,9 +8,10 @@ namespace cmpg {
 
 // The folder a file will be written in.
 std::filesystem::path folderOf(const std::filesystem::path& file);
-// Both throw Error(Output) where nothing can be written: they try it with a file that they remove again.
-void requireWritableFile(const std::filesystem::path& file, const char* extension);
+// They throw Error(Output) where nothing can be written: they try it with a file that they remove again.
+void requireWritableFile(const std::filesystem::path& file, const char* extension); // null: any
 void requireWritableFolder(const std::filesystem::path& folder); // makes the folder itself if its parent exists
+void requireWritableGuide(const std::filesystem::path& file);    // of --save-guide, empty for none; makes its folder
 
 void writeTextFile(const std::filesystem::path& file, const std::string& text);
 

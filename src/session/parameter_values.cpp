@@ -67,22 +67,26 @@ TextureAssignment parseTexture(const std::string& assignment) {
     return {assignment.substr(0, equals), width, height};
 }
 
-void applyTexture(Scene& scene, const std::string& assignment) {
+std::vector<std::uint32_t> applyTexture(Scene& scene, const std::string& assignment) {
     const TextureAssignment wanted = parseTexture(assignment);
-    for (const std::uint32_t index : scene.select(wanted.name))
+    std::vector<std::uint32_t> selected = scene.select(wanted.name);
+    for (const std::uint32_t index : selected)
         resize(scene, index, wanted.width, wanted.height);
+    return selected;
 }
 
-void applySet(Scene& scene, const std::string& assignment) {
+std::vector<std::uint32_t> applySet(Scene& scene, const std::string& assignment) {
     const std::size_t equals = assignment.find('=');
     const std::string name = assignment.substr(0, equals), value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
     if (name.empty() || value.empty())
         throw Error(ErrorKind::Usage, "--set takes P=VALUE or P=FILE, not '" + assignment + "'");
     const auto numbers = parseNumbers(value);
-    for (std::uint32_t index : scene.select(name)) {
+    std::vector<std::uint32_t> selected = scene.select(name);
+    for (const std::uint32_t index : selected) {
         Parameter& parameter = scene.parameters[index];
         setValues(parameter, numbers ? filled(parameter, *numbers) : readEntries(parameter, value));
     }
+    return selected;
 }
 
 std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs) {

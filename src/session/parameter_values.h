@@ -16,11 +16,11 @@ struct TextureAssignment {
 };
 // Of "P=WxH". Error(Usage) on other text.
 TextureAssignment parseTexture(const std::string& assignment);
-void applyTexture(Scene& scene, const std::string& assignment); // resize()
+std::vector<std::uint32_t> applyTexture(Scene& scene, const std::string& assignment); // resize(); returns the parameters that it named
 
 // Applies "P=VALUE|FILE" (P a name or glob) to the scene. A number or r,g,b fills every entry; a file must have the parameter's own
-// size. Error(Usage) on text that means nothing, unknown parameters and values out of range; Error(Input) on files.
-void applySet(Scene& scene, const std::string& assignment);
+// size. Returns the parameters that it named. Error(Usage) on text that means nothing, unknown parameters and values out of range; Error(Input) on files.
+std::vector<std::uint32_t> applySet(Scene& scene, const std::string& assignment);
 
 // As Scene::selectDifferentiable(); warns of what is left out.
 std::vector<std::uint32_t> selectParameters(const Scene& scene, std::span<const std::string> globs);

@@ -28,14 +28,19 @@ v1::Scene load(const Options& options, bool setValues) {
     if (!options.filter.empty())
         given.filter = v1::ReconstructionFilter::parse(options.filter);
     v1::Scene scene = v1::Scene::load(options.input, given);
+    v1::Scene::State& state = *scene.state();
+    const auto changed = [&](const std::vector<std::uint32_t>& parameters) { // which what is exported must have, recovered or not
+        for (const std::uint32_t p : parameters)
+            ++state.revisions[p];
+    };
     for (const std::string& assignment : options.texture)
-        applyTexture(scene.state()->scene, assignment);
+        changed(applyTexture(state.scene, assignment));
     if (!setValues)
         return scene;
     for (const std::string& warning : scene.warnings())
         logWarn(warning);
     for (const std::string& assignment : options.set)
-        applySet(scene.state()->scene, assignment);
+        changed(applySet(state.scene, assignment));
     return scene;
 }
 

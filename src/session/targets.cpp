@@ -73,6 +73,8 @@ v1::Target averagedTo(const Options& options, v1::Target target) {
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text) {
     const Scene& host = scene.state()->scene;
     const CameraFile given = cameraFileOf(host, text);
+    if (options.target.size() <= 1) // of several whoever opens them all knows which cameras they have
+        requireMasksOf(options, host, std::span(&given.camera, 1));
     return v1::Target::load(given.file, given.camera, maskOf(options, host, given.camera), options.targetExposure);
 }
 

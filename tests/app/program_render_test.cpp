@@ -2,6 +2,7 @@
 #include "command_line.h"
 #include "scene/image.h"
 
+#include <algorithm>
 #include <csignal>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -219,11 +220,38 @@ TEST(ProgramOptimize, RecoversWithoutAGuide) {
     const test::TemporaryFolder folder;
     writeExr(folder / "t.exr", Image(32, 24, 3, 0.1f)); // darker than the room can get: all steps go one way
     run({"optimize", kBox, "--param", "white.baseColor", "--target", folder / "t.exr", "--steps", "6", "--spp", "4", "--rate", "0.05",
-         "--sampling", "bsdf", "--roulette", "off", "-o", folder / "out"});
+         "--sampling", "bsdf", "--roulette", "off", "--set", "left.baseColor=0.1,0.2,0.3", "-o", folder / "out"});
     const Image recovered = readImage(folder / "out/parameters/white.baseColor.exr").image;
     const float start[] = {0.73f, 0.71f, 0.68f};
     for (int c = 0; c < 3; ++c)
         EXPECT_LT(recovered.values[c], start[c] - 0.15f) << c; // Adam moves by about its rate a step
+    // The scene that is written is the one that was fitted, with what was set and not recovered.
+    const auto scene = nlohmann::json::parse(readText(folder / "out/scene.gltf"));
+    const auto& materials = scene.at("materials");
+    const auto left = std::find_if(materials.begin(), materials.end(), [](const auto& m) { return m.at("name") == "left"; });
+    ASSERT_NE(left, materials.end());
+    const float set[] = {0.1f, 0.2f, 0.3f};
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(left->at("pbrMetallicRoughness").at("baseColorFactor").at(c).get<float>(), set[c], 1e-6) << c;
+}
+
+// With a depth of 1 nothing lights what is recovered. That is said once steps have seen every view, of which four take turns.
+TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "t.exr", Image(16, 12, 3, 0.1f));
+    std::vector<std::string> arguments = {"optimize", kBox, "--headless", "--quiet", "--param", kPainting, "--set", kPainting + "=0.5", "--max-depth", "1",
+                                          "--spp", "2", "--spp-gradient", "2", "--steps", "5", "--warm-up", "5", "-o", folder / "out"};
+    for (int view = 0; view < 4; ++view)
+        arguments.insert(arguments.end(), {"--target", folder / "t.exr"});
+    const auto result = runProgram(arguments);
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("all 5 steps are of --warm-up"), std::string::npos) << result.err;
+    std::istringstream log(readText(folder / "out/log.jsonl"));
+    std::vector<int> told;
+    for (std::string line; std::getline(log, line);)
+        if (const auto event = nlohmann::json::parse(line); event.value("text", "").find("no path reached " + kPainting) != std::string::npos)
+            told.push_back(event.at("step"));
+    EXPECT_EQ(told, std::vector{4});
 }
 
 TEST(ProgramOptimize, InterruptionKeepsEverything) {
