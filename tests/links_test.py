@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Links of README.md and docs/ lead somewhere: to a file of the project, a heading of a page, or another site, which is not asked."""
+"""Links of README.md, docs/ and its folders lead somewhere: to a file of the project, a heading of a page, or another site, which is not asked."""
 import pathlib
 import re
 import sys
 
 root = pathlib.Path(__file__).resolve().parent.parent
-pages = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
+pages = [root / "README.md", *sorted((root / "docs").glob("**/*.md"))]
 
 
 def without_code(text):
