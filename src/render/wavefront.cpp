@@ -17,8 +17,8 @@ static_assert(gpu::kChunkRounds * gpu::kVertexGroup == gpu::kTraceChunk);
 using gpu::kModeDifference, gpu::kModeForward, gpu::kModeReverse;
 
 constexpr std::uint32_t kMinCapacity = 4096;
-// Paths of a batch at most. On a CPU the pools should stay near its caches, and every dispatch waits for its threads to wake (docs/history.md); a GPU wants
-// work for all its units.
+// Paths of a batch at most. On a CPU the pools should stay near its caches, and every dispatch waits for its threads to wake (docs/history/kernels.md);
+// a GPU wants work for all its units.
 constexpr std::uint32_t kMaxCapacityCpu = 1u << 17, kMaxCapacityGpu = 1u << 20;
 static_assert(std::max(kMaxCapacityCpu, kMaxCapacityGpu) / gpu::kVertexGroup <= 65535); // in x alone: GROW_GROUPS in shaders/lib/dispatch.glsl
 

@@ -10,7 +10,7 @@ namespace cmpg {
 namespace {
 
 constexpr double kGuidedRay = 1.3;          // cost of a ray of a guided path in rays of an unguided one, on a CPU
-constexpr double kRouletteRay = 1.2;        // the same of a path that is ended and split, guided or not (docs/history.md)
+constexpr double kRouletteRay = 1.2;        // the same of a path that is ended and split, guided or not (docs/history/guiding.md)
 constexpr double kPassWeight = 0.4;         // of the latest pass in the figures
 constexpr double kNewRatioWeight = 0.5;     // of the latest repetition
 constexpr std::uint32_t kLearn = 3;         // passes that learn before the first guided one that counts
