@@ -69,7 +69,7 @@ TEST(ProgramBudget, TimedRunsRepeatBitForBit) {
         joined(gradient, {"--adjoint", folder / "adjoint.exr", "--pixel-sampling", "uniform", "--sampling", "bsdf", "--error-target", "0.1%"}),
     };
     for (const auto& command : commands) {
-        const auto first = runProgram(joined(joined(command, {"--time-budget", "1.5s", "--json", "-o", folder / "a.exr"}), kSmall));
+        const auto first = runProgram(joined(joined(command, {"--time-budget", "1s", "--json", "-o", folder / "a.exr"}), kSmall));
         const bool target = command.back() == "0.1%";
         ASSERT_EQ(first.code, target ? 1 : 0) << first.err;
         const auto config = nlohmann::json::parse(readText(folder / "run.json"));
@@ -89,7 +89,7 @@ TEST(ProgramBudget, RecoveriesEndAtAStep) {
     writeExr(folder / "target.exr", Image(32, 24, 3, 0.3f));
     const std::vector<std::string> optimize = {"optimize", kBox, "--param", "painting.baseColor", "--target", folder / "target.exr",
                                                "--schedule", "cosine", "--steps", "100000", "--headless", "--max-depth", "4"};
-    const auto first = runProgram(joined(optimize, {"--time-budget", "3", "-o", folder / "a"}));
+    const auto first = runProgram(joined(optimize, {"--time-budget", "2", "-o", folder / "a"}));
     ASSERT_EQ(first.code, 0) << first.err;
     const auto config = nlohmann::json::parse(readText(folder / "a/run.json"));
     EXPECT_GE(config.at("stop-after"), 1);
