@@ -189,5 +189,32 @@ TEST(Mitsuba, ExportLoadsBack) {
     EXPECT_THROW(exportScene(s, {}, fs::path(s.source).parent_path()), Error);
 }
 
+// However the scene names its files, those of the export stand inside its folder.
+TEST(Mitsuba, ExportStaysInsideItsFolder) {
+    const TempFolder outer;
+    savePng(outer / "scene/x.png", 1, 1, 3, {255, 255, 255});
+    writeText(outer / "scene/parts/quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n");
+    writeText(outer / "scene/parts/more.xml", "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"included\"><texture type=\"bitmap\" name=\"reflectance\">"
+                                              "<string name=\"filename\" value=\"../scene/./x.png\"/></texture></bsdf></scene>");
+    const std::string picture = "<texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"../scene/x.png\"/></texture>";
+    writeText(outer / "scene/scene.xml", "<scene version=\"3.0.0\"><include filename=\"../scene/parts/more.xml\"/>"
+                                         "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"wall\">" + picture + "</bsdf></shape>"
+                                         "<shape type=\"obj\"><string name=\"filename\" value=\"parts/../../scene/parts/quad.obj\"/><ref id=\"included\"/></shape>"
+                                         "<bsdf type=\"unread\"><string name=\"filename\" value=\"/nowhere/y.png\"/></bsdf></scene>");
+    const Scene s = loadScene(outer / "scene/scene.xml");
+    fs::create_directories(outer / "elsewhere");
+    exportScene(s, {}, outer / "elsewhere/out");
+    EXPECT_EQ(std::distance(fs::directory_iterator(outer / "elsewhere"), {}), 1) << "nothing is written beside the folder";
+    EXPECT_TRUE(fs::exists(outer / "elsewhere/out/x.png"));
+    EXPECT_TRUE(fs::exists(outer / "elsewhere/out/parts/quad.obj"));
+    const std::string text = readText(outer / "elsewhere/out/scene.xml");
+    EXPECT_EQ(text.find(".."), std::string::npos) << text;
+    fs::remove_all(outer / "scene");
+    const Scene again = loadScene(outer / "elsewhere/out/scene.xml");
+    EXPECT_EQ(again.geometry.positions, s.geometry.positions);
+    for (const char* name : {"wall.reflectance", "included.reflectance"})
+        EXPECT_EQ(find(again, name).bytes, find(s, name).bytes) << name;
+}
+
 } // namespace
 } // namespace cmpg::test

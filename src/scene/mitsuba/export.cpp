@@ -1,5 +1,6 @@
 // Writes a Mitsuba scene back with changed parameters: the tree as it was read, variables replaced and included files in place.
 #include "base/error.h"
+#include "scene/contained_path.h"
 #include "scene/export_folder.h"
 #include "scene/mitsuba/load.h"
 #include "scene/mitsuba/mitsuba.h"
@@ -39,7 +40,7 @@ class Exporter {
 
   private:
     void write(pugi::xml_node parent, const MitsubaElement& element);
-    void copyFile(const MitsubaElement& filename);
+    void copyFile(const MitsubaElement& filename, pugi::xml_node written);
     void writeValue(pugi::xml_node parent, const MitsubaElement* old, const std::string& property, const Parameter& parameter);
     void writeEnvironment(pugi::xml_node parent, const MitsubaElement* old);
 
@@ -60,13 +61,17 @@ Exporter::Exporter(const Scene& scene, const MitsubaLoad& source, const std::vec
     }
 }
 
-void Exporter::copyFile(const MitsubaElement& filename) {
-    const std::string* relative = filename.attribute("value");
-    if (!relative)
+// To where it stands in the scene's folder, whatever way the name takes there, which may lead through a parent.
+void Exporter::copyFile(const MitsubaElement& filename, pugi::xml_node written) {
+    const std::string* name = filename.attribute("value");
+    if (!name)
         return;
-    const fs::path file = source_.document.path(filename, *relative);
-    if (fileExists(file))
-        folder_.copy(file, fs::path(*relative).lexically_normal());
+    const ContainedPath path = containedPath(source_.document.folder(), *name);
+    if (!path.refusal.empty() || !fileExists(path.file))
+        return; // nothing that is shown needs it, or the scene would not have loaded
+    const fs::path relative = path.file.lexically_relative(source_.document.folder());
+    folder_.copy(path.file, relative);
+    written.attribute("value") = relative.generic_string().c_str();
 }
 
 // As the property's value; a texture keeps what it is looked up by.
@@ -139,7 +144,7 @@ void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
     for (const auto& [key, value] : element.attributes)
         node.append_attribute(key.c_str()) = value.c_str();
     if (element.tag == "string" && element.name == "filename")
-        copyFile(element);
+        copyFile(element, node);
     const auto found = changed_.find(&element);
     std::set<std::string> written;
     for (const MitsubaElement* child : element.children) {
