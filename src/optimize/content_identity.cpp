@@ -46,6 +46,13 @@ std::string geometryOf(const Scene& scene) {
     return Digest().add(g.positions).add(g.normals).add(g.uv0).add(g.uv1).add(g.tangents).add(g.colors).add(g.triangles).text();
 }
 
+// What only other models have is as it is by default.
+bool isMetallicRoughnessAlone(const Material& m) {
+    const Material plain;
+    return m.model == plain.model && m.smooth == plain.smooth && m.microfacets == plain.microfacets && m.roughnessIsAlpha == plain.roughnessIsAlpha &&
+           m.eta == plain.eta && m.k == plain.k && m.nonlinear == plain.nonlinear && m.anisotropyByAspect == plain.anisotropyByAspect;
+}
+
 std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& parameters) {
     Digest d;
     for (const Material& m : scene.materials) {
@@ -55,6 +62,8 @@ std::string materialsOf(const Scene& scene, const std::vector<std::uint32_t>& pa
         d.add(m.hasNormalMap).add(m.ior).add(m.specularColor).add(m.alphaMask).add(m.alphaCutoff).add(m.alphaFactor).add(m.alphaTexture);
         if (m.oneSided || m.coverage || m.absorption != glm::vec3(0))
             d.add(m.oneSided).add(m.coverage).add(m.absorption);
+        if (!isMetallicRoughnessAlone(m))
+            d.add(m.model).add(m.smooth).add(m.microfacets).add(m.roughnessIsAlpha).add(m.eta).add(m.k).add(m.nonlinear).add(m.anisotropyByAspect);
         if (m.anisotropyDirection != ~0u || hasClearcoatNormals(m))
             d.add(m.anisotropyDirection).add(m.clearcoatNormals);
         if (m.blendWith != kNoMaterial)
