@@ -1,4 +1,5 @@
 // Scenes in Mitsuba's XML format: names, variables, files, limits, and what is written back.
+#include "base/log.h"
 #include "mitsuba_scene.h"
 #include "test_images.h"
 
@@ -214,6 +215,51 @@ TEST(Mitsuba, ExportStaysInsideItsFolder) {
     EXPECT_EQ(again.geometry.positions, s.geometry.positions);
     for (const char* name : {"wall.reflectance", "included.reflectance"})
         EXPECT_EQ(find(again, name).bytes, find(s, name).bytes) << name;
+}
+
+// Written by Mitsuba 3's words, whichever the scene has.
+TEST(Mitsuba, ExportedTexturesKeepTheirPlace) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const auto wall = [](const std::string& texture) {
+        return "<shape type=\"disk\"><bsdf type=\"diffuse\" id=\"wall\"><texture type=\"bitmap\" name=\"reflectance\">"
+               "<string name=\"filename\" value=\"picture.png\"/>" + texture + "</texture></bsdf></shape>";
+    };
+    const auto written = [&](const std::string& texture) { // and read again
+        Scene s = loadText(folder, wall(texture), {}, "0.6.0");
+        const std::uint32_t index = s.parameter("wall.reflectance");
+        s.parameters[index].materialise();
+        std::string text;
+        for (const std::vector<std::uint32_t>& changed : {std::vector<std::uint32_t>(), {index}}) {
+            exportScene(s, changed, folder / "out");
+            const Scene again = loadScene(folder / "out/scene.xml");
+            const Parameter &was = s.parameters[index], &is = find(again, "wall.reflectance");
+            EXPECT_EQ(is.uvTransform, was.uvTransform) << texture;
+            EXPECT_EQ(is.wrapU, was.wrapU) << texture;
+            EXPECT_EQ(is.wrapV, was.wrapV) << texture;
+            EXPECT_EQ(is.nearest, was.nearest) << texture;
+            text = readText(folder / "out/scene.xml");
+            EXPECT_EQ(text.find("offset\""), std::string::npos) << "Mitsuba 3 refuses what it does not know: " << text;
+        }
+        return text;
+    };
+    const std::string turned = "<transform name=\"toUV\"><rotate angle=\"30\"/><translate x=\"0.1\" y=\"0.7\"/><scale x=\"2\" y=\"3\"/></transform>";
+    EXPECT_EQ(written("").find("to_uv"), std::string::npos);
+    const std::string old = written("<float name=\"uscale\" value=\"2\"/><float name=\"vscale\" value=\"-3\"/><float name=\"uoffset\" value=\"0.3\"/>"
+                                    "<float name=\"voffset\" value=\"0.4\"/>");
+    EXPECT_EQ(old.find("scale\""), std::string::npos) << old;
+    written(turned + "<float name=\"uoffset\" value=\"0.3\"/>");
+    written("<string name=\"filterType\" value=\"nearest\"/><string name=\"wrapModeU\" value=\"mirror\"/><string name=\"wrapModeV\" value=\"mirror\"/>");
+
+    std::string said;
+    setLogListener([&](LogLevel, std::string_view, std::string_view message) { said += message; });
+    EXPECT_EQ(written("<string name=\"wrapMode\" value=\"clamp\"/>" + turned).find("wrap_mode_"), std::string::npos);
+    EXPECT_EQ(said, "");
+    written("<string name=\"wrapModeU\" value=\"clamp\"/>");
+    written("<string name=\"wrapMode\" value=\"mirror\"/><string name=\"wrapModeV\" value=\"repeat\"/>");
+    setLogListener({});
+    EXPECT_NE(said.find("wall.reflectance"), std::string::npos) << said;
+    EXPECT_NE(said.find("wrap_mode_v"), std::string::npos) << said;
 }
 
 } // namespace

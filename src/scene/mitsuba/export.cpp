@@ -1,5 +1,6 @@
 // Writes a Mitsuba scene back with changed parameters: the tree as it was read, variables replaced and included files in place.
 #include "base/error.h"
+#include "base/log.h"
 #include "scene/contained_path.h"
 #include "scene/export_folder.h"
 #include "scene/mitsuba/load.h"
@@ -33,6 +34,23 @@ void addProperty(pugi::xml_node parent, const char* tag, const char* name, const
     node.append_attribute("value") = value.c_str();
 }
 
+const char* nameOf(Wrap wrap) { return wrap == Wrap::Clamp ? "clamp" : wrap == Wrap::Mirror ? "mirror" : "repeat"; }
+
+// As a matrix, which holds whatever the file had in its place.
+void writeUvTransform(pugi::xml_node texture, const glm::mat3x2& m) {
+    if (m == TextureAddress().uvTransform)
+        return;
+    pugi::xml_node transform = texture.append_child("transform");
+    transform.append_attribute("name") = "to_uv";
+    const float rows[] = {m[0].x, m[1].x, 0, m[2].x, m[0].y, m[1].y, 0, m[2].y, 0, 0, 1, 0, 0, 0, 0, 1};
+    addProperty(transform, "matrix", "", listOf(rows));
+}
+
+// What version 0.6 has beside to_uv, and Mitsuba 3 refuses.
+bool movesOldTexture(const std::string& property) {
+    return property == "uscale" || property == "vscale" || property == "uoffset" || property == "voffset";
+}
+
 class Exporter {
   public:
     Exporter(const Scene& scene, const MitsubaLoad& source, const std::vector<std::uint32_t>& changed, ExportFolder& folder);
@@ -41,7 +59,7 @@ class Exporter {
   private:
     void write(pugi::xml_node parent, const MitsubaElement& element);
     void copyFile(const MitsubaElement& filename, pugi::xml_node written);
-    void writeValue(pugi::xml_node parent, const MitsubaElement* old, const std::string& property, const Parameter& parameter);
+    void writeValue(pugi::xml_node parent, const std::string& property, const Parameter& parameter);
     void writeEnvironment(pugi::xml_node parent, const MitsubaElement* old);
 
     const Scene& scene_;
@@ -75,7 +93,7 @@ void Exporter::copyFile(const MitsubaElement& filename, pugi::xml_node written) 
 }
 
 // As the property's value; a texture keeps what it is looked up by.
-void Exporter::writeValue(pugi::xml_node parent, const MitsubaElement* old, const std::string& property, const Parameter& parameter) {
+void Exporter::writeValue(pugi::xml_node parent, const std::string& property, const Parameter& parameter) {
     const std::vector<float> values = valuesOf(parameter);
     if (!parameter.textured) {
         addProperty(parent, parameter.channels == 1 ? "float" : "rgb", property.c_str(), listOf(values));
@@ -98,12 +116,13 @@ void Exporter::writeValue(pugi::xml_node parent, const MitsubaElement* old, cons
     addProperty(texture, "string", "filename", file);
     addProperty(texture, "boolean", "raw", scalar || bright ? "true" : "false");
     addProperty(texture, "string", "filter_type", parameter.nearest ? "nearest" : "bilinear");
-    addProperty(texture, "string", "wrap_mode", parameter.wrapU == Wrap::Clamp ? "clamp" : parameter.wrapU == Wrap::Mirror ? "mirror" : "repeat");
-    const MitsubaElement* from = old ? &source_.document.resolve(*old) : nullptr;
-    if (from)
-        for (const MitsubaElement* child : from->children)
-            if (child->name == "to_uv")
-                write(texture, *child);
+    addProperty(texture, "string", "wrap_mode", nameOf(parameter.wrapU));
+    if (parameter.wrapV != parameter.wrapU) {
+        addProperty(texture, "string", "wrap_mode_v", nameOf(parameter.wrapV));
+        logWarn(parameter.name + ": along u its texture wraps as " + nameOf(parameter.wrapU) + ", along v as " + nameOf(parameter.wrapV) +
+                ", for which Mitsuba 3 has no word: it refuses the written scene until wrap_mode_v is taken out");
+    }
+    writeUvTransform(texture, parameter.uvTransform);
 }
 
 void Exporter::writeEnvironment(pugi::xml_node parent, const MitsubaElement* old) {
@@ -147,20 +166,26 @@ void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
         copyFile(element, node);
     const auto found = changed_.find(&element);
     std::set<std::string> written;
+    const bool moved = element.tag == "texture" &&
+                       std::any_of(element.children.begin(), element.children.end(), [](const MitsubaElement* child) { return movesOldTexture(child->name); });
     for (const MitsubaElement* child : element.children) {
+        if (moved && (movesOldTexture(child->name) || child->name == "to_uv"))
+            continue;
         if (found != changed_.end())
             if (const auto value = found->second.find(child->name); value != found->second.end()) {
-                writeValue(node, child, value->first, scene_.parameters[value->second]);
+                writeValue(node, value->first, scene_.parameters[value->second]);
                 written.insert(value->first);
                 continue;
             }
         write(node, *child);
     }
+    if (moved)
+        writeUvTransform(node, mitsubaUvTransform(MitsubaObject(source_.document, element)));
     if (found == changed_.end())
         return;
     for (const auto& [property, index] : found->second) // that kept its default in the file
         if (!written.contains(property))
-            writeValue(node, nullptr, property, scene_.parameters[index]);
+            writeValue(node, property, scene_.parameters[index]);
 }
 
 pugi::xml_document Exporter::run() {

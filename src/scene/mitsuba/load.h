@@ -34,6 +34,8 @@ struct MitsubaTexture {
     bool srgb = false;
 };
 MitsubaTexture readMitsubaTexture(MitsubaLoad& load, const MitsubaObject& texture);
+// From texture coordinates to where the texture is looked up: to_uv, and what version 0.6 had beside it.
+glm::mat3x2 mitsubaUvTransform(const MitsubaObject& texture);
 // One channel: the luminance of colours, as Mitsuba reads a texture where it needs a number.
 MitsubaTexture scalarTexture(MitsubaTexture texture);
 

@@ -8,14 +8,6 @@ namespace {
 
 Wrap wrapOf(const std::string& mode) { return mode == "clamp" ? Wrap::Clamp : mode == "mirror" ? Wrap::Mirror : Wrap::Repeat; }
 
-void readTransform(const MitsubaObject& texture, TextureAddress& address) {
-    glm::dmat4 m = texture.transform("to_uv").value_or(glm::dmat4(1));
-    // Of version 0.6.
-    const double u = texture.real("uscale", 1), v = texture.real("vscale", 1), x = texture.real("uoffset", 0), y = texture.real("voffset", 0);
-    m = glm::dmat4(glm::dvec4(u, 0, 0, 0), glm::dvec4(0, v, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(x, y, 0, 1)) * m;
-    address.uvTransform = glm::mat3x2(glm::vec2(m[0]), glm::vec2(m[1]), glm::vec2(m[3]));
-}
-
 MitsubaTexture readBitmap(MitsubaLoad& load, const MitsubaObject& texture) {
     MitsubaTexture out;
     const std::string file = texture.string("filename", "");
@@ -53,11 +45,19 @@ MitsubaTexture readCheckerboard(MitsubaLoad& load, const MitsubaObject& texture)
 
 } // namespace
 
+glm::mat3x2 mitsubaUvTransform(const MitsubaObject& texture) {
+    glm::dmat4 m = texture.transform("to_uv").value_or(glm::dmat4(1));
+    // Of version 0.6.
+    const double u = texture.real("uscale", 1), v = texture.real("vscale", 1), x = texture.real("uoffset", 0), y = texture.real("voffset", 0);
+    m = glm::dmat4(glm::dvec4(u, 0, 0, 0), glm::dvec4(0, v, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(x, y, 0, 1)) * m;
+    return {glm::vec2(m[0]), glm::vec2(m[1]), glm::vec2(m[3])};
+}
+
 MitsubaTexture readMitsubaTexture(MitsubaLoad& load, const MitsubaObject& texture) {
     if (texture.type() != "bitmap" && texture.type() != "checkerboard")
         texture.fail("the texture " + texture.type() + " is not supported", "", "use bitmap or checkerboard, or bake it into a picture");
     MitsubaTexture out = texture.type() == "bitmap" ? readBitmap(load, texture) : readCheckerboard(load, texture);
-    readTransform(texture, out.address);
+    out.address.uvTransform = mitsubaUvTransform(texture);
     load.noteUnread(texture);
     return out;
 }
