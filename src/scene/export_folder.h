@@ -31,7 +31,8 @@ class ExportFolder {
 // Percent-encodes everything but letters, digits and the characters of `kept`.
 std::string percentEncode(const std::string& text, const std::string& kept);
 
-// A parameter's name as a file name: everything but letters, digits, space, and .-_#() percent-encoded, so that names stay distinct.
+// A parameter's name as a file name: everything but letters and digits of any script, space, and .-_#() percent-encoded, a dot at the beginning too. One of
+// more than 120 bytes is cut: ~ and a hash of the whole name follow, which no other name has, then the slot.
 std::string fileName(const std::string& parameterName);
 
 // Current values as a picture.

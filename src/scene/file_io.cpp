@@ -2,6 +2,7 @@
 #include "scene/file_io.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 
 #include <cerrno>
 #include <cstring>
@@ -48,8 +49,10 @@ void writeFile(const fs::path& file, std::span<const std::uint8_t> bytes) {
     std::error_code error;
     if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
     if (error) throw fail(error.message());
-    fs::path aside = file;
-    aside += ".part" + std::to_string(::getpid());
+    const std::string name = file.filename().string(), part = ".part" + std::to_string(::getpid());
+    constexpr std::size_t kLongestName = 255; // in bytes, of most file systems
+    const bool fits = name.size() + part.size() <= kLongestName;
+    const fs::path aside = file.parent_path() / ((fits ? name : std::to_string(hashOf(std::as_bytes(std::span(name))))) + part);
     {
         errno = 0;
         std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
