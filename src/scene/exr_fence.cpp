@@ -15,8 +15,9 @@ using File = std::span<const std::uint8_t>;
 
 // One part of an OpenEXR file, as its header says.
 struct Part {
-    double width = 0, height = 0;
-    double pixelBytes = 0; // of all channels
+    double width = 0, height = 0;           // of the data window
+    double shownWidth = 0, shownHeight = 0; // of the display window
+    double pixelBytes = 0;                  // of all channels
     std::uint32_t compression = 0;
     double tileWidth = 0, tileHeight = 0;
     bool tiled = false;
@@ -79,12 +80,13 @@ Part readPart(ByteReader& in, std::string attribute, bool tiled) {
         const File bytes = in.take(size);
         checkValue(type, bytes);
         ByteReader value(bytes);
-        if (attribute == "dataWindow") {
+        if (attribute == "dataWindow" || attribute == "displayWindow") {
             double edge[4]; // left, top, right, bottom
             for (double& e : edge)
                 e = std::int32_t(value.get<std::uint32_t>());
-            part.width = edge[2] - edge[0] + 1;
-            part.height = edge[3] - edge[1] + 1;
+            const bool data = attribute == "dataWindow";
+            (data ? part.width : part.shownWidth) = edge[2] - edge[0] + 1;
+            (data ? part.height : part.shownHeight) = edge[3] - edge[1] + 1;
         } else if (attribute == "channels") {
             part.pixelBytes = channelBytes(value);
         } else if (attribute == "compression") {
@@ -121,6 +123,10 @@ void checkPart(const Part& part, double fileBytes) {
     const double held = fileBytes * (part.compression < kDwa ? kDensest : kDensestDwa);
     if (part.width * part.height * part.pixelBytes > held)
         throw Malformed{"its header announces more pixels than a file of its size can hold"};
+    // What is shown beyond the data costs a file nothing, and takes up to four floats.
+    const double shown = part.shownWidth * part.shownHeight;
+    if (shown > part.width * part.height && 4 * sizeof(float) * shown > std::max(kFewBytes, held))
+        throw Malformed{"its header announces a larger display window than a file of its size may have"};
     // OpenEXR keeps a chunk, of tiled files a row of them.
     const double kept = std::max(part.width, chunkWidth) * std::min(chunkHeight, part.tiled ? chunkHeight : part.height) * part.pixelBytes;
     if (kept > std::max(kFewBytes, held))

@@ -9,6 +9,7 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -84,6 +85,29 @@ std::vector<std::string> chooseChannels(const Imf::ChannelList& list, const std:
                 "its channels are:" + (found.empty() ? " none" : found), "name one of its layers or store the image as R, G, B", {"layer"});
 }
 
+std::int64_t widthOf(const Imath::Box2i& window) { return std::int64_t(window.max.x) - window.min.x + 1; }
+std::int64_t heightOf(const Imath::Box2i& window) { return std::int64_t(window.max.y) - window.min.y + 1; }
+
+// The picture that is shown, of whose pixels the file holds those of `data`: renderers leave out an empty border, or store more than is shown. Pixels that
+// are missing are black and have alpha 0, for which the others get one of 1 where there is none.
+RawImage placed(const RawImage& image, const Imath::Box2i& data, const Imath::Box2i& shown) {
+    const Imath::Box2i common({std::max(data.min.x, shown.min.x), std::max(data.min.y, shown.min.y)},
+                              {std::min(data.max.x, shown.max.x), std::min(data.max.y, shown.max.y)});
+    if (common.isEmpty()) throw Malformed{"its data window lies outside of its display window"};
+    const std::uint32_t added = common != shown && !image.hasAlpha() ? 1 : 0;
+    RawImage out{std::uint32_t(widthOf(shown)), std::uint32_t(heightOf(shown)), image.channels + added, {}, {}, true};
+    out.values.resize(out.pixels() * out.channels);
+    for (std::int64_t y = common.min.y; y <= common.max.y; ++y) {
+        const float* from = image.values.data() + std::size_t((y - data.min.y) * widthOf(data) + common.min.x - data.min.x) * image.channels;
+        float* to = out.values.data() + std::size_t((y - shown.min.y) * widthOf(shown) + common.min.x - shown.min.x) * out.channels;
+        for (std::int64_t x = common.min.x; x <= common.max.x; ++x, from += image.channels, to += out.channels) {
+            std::copy_n(from, image.channels, to);
+            if (added) to[image.channels] = 1;
+        }
+    }
+    return out;
+}
+
 RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, const ImageLimits& limits) try {
     fenceExr(file);
     MemoryInput stream(file, name);
@@ -95,21 +119,22 @@ RawImage decodeExr(std::span<const std::uint8_t> file, const std::string& name, 
     }();
     (void)limited;
     Imf::InputFile input(stream, 1);
-    const Imath::Box2i window = input.header().dataWindow();
-    const std::int64_t width = std::int64_t(window.max.x) - window.min.x + 1, height = std::int64_t(window.max.y) - window.min.y + 1;
+    const Imath::Box2i data = input.header().dataWindow(), shown = input.header().displayWindow();
     const std::vector<std::string> channels = chooseChannels(input.header().channels(), name, limits.layer);
-    if (width <= 0 || height <= 0) throw malformed(name, "it has no pixels");
-    checkSize(std::uint64_t(width), std::uint64_t(height), channels.size() * sizeof(float), name, limits);
+    for (const Imath::Box2i& window : {data, shown}) {
+        if (widthOf(window) <= 0 || heightOf(window) <= 0) throw malformed(name, "it has no pixels");
+        checkSize(std::uint64_t(widthOf(window)), std::uint64_t(heightOf(window)), channels.size() * sizeof(float), name, limits);
+    }
 
-    RawImage image{std::uint32_t(width), std::uint32_t(height), std::uint32_t(channels.size()), {}, {}, true};
+    RawImage image{std::uint32_t(widthOf(data)), std::uint32_t(heightOf(data)), std::uint32_t(channels.size()), {}, {}, true};
     image.values.resize(image.pixels() * channels.size());
     const std::size_t stride = channels.size() * sizeof(float);
     Imf::FrameBuffer frame;
     for (std::size_t c = 0; c < channels.size(); ++c)
-        frame.insert(channels[c], Imf::Slice::Make(Imf::FLOAT, image.values.data() + c, window, stride, stride * std::size_t(width)));
+        frame.insert(channels[c], Imf::Slice::Make(Imf::FLOAT, image.values.data() + c, data, stride, stride * image.width));
     input.setFrameBuffer(frame);
-    input.readPixels(window.min.y, window.max.y);
-    return image;
+    input.readPixels(data.min.y, data.max.y);
+    return data == shown ? image : placed(image, data, shown);
 } catch (const Iex::BaseExc& e) {
     throw malformed(name, e.what());
 }

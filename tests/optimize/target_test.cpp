@@ -1,6 +1,7 @@
 // Targets from files: decoding, masks, exposure, refusals.
 #include "base/error.h"
 #include "optimize/target.h"
+#include "scene/test_images.h"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -56,7 +57,7 @@ TEST_F(TargetFiles, SixteenBitsSayWhatIsClipped) {
         return number(std::uint32_t(data.size())) + type + data + number(0); // nobody looks at the checksum
     };
     const std::string header("\0\0\0\2\0\0\0\1\x10\0\0\0\0", 13), row("\0\xff\xff\xff\xfe", 5);
-    const std::string stored = std::string("\x78\x01\x01\x05\x00\xfa\xff", 7) + row + std::string(4, '\0');
+    const std::string stored = std::string("\x78\x01\x01\x05\x00\xfa\xff", 7).append(row).append(4, '\0');
     std::ofstream(folder_ / "t.png", std::ios::binary) << "\x89PNG\r\n\x1a\n" << chunk("IHDR", header) << chunk("IDAT", stored) << chunk("IEND", "");
     const Target target = loadTarget(folder_ / "t.png");
     EXPECT_EQ(target.clipped, (std::vector<std::uint8_t>{1, 1, 1, 0, 0, 0}));
@@ -91,6 +92,16 @@ TEST_F(TargetFiles, AlphaAndMaskMultiply) {
     mask.values[0] = mask.values[1] = mask.values[2] = 3; // beyond 1 is 1
     writeExr(folder_ / "mask.exr", mask);
     EXPECT_EQ(loadTarget(folder_ / "t.exr", {.mask = folder_ / "mask.exr", .exposure = 0}).mask, (std::vector<float>{1, 0.25f, 0, 0.5f}));
+}
+
+// A renderer that crops what is empty stores one pixel of 3 x 2.
+TEST_F(TargetFiles, PixelsThatAFileLeavesOutHaveNoWeight) {
+    test::saveExr(folder_ / "t.exr", {{0, 0}, {2, 1}}, {{1, 1}, {1, 1}}, "RGB", {1, 2, 3});
+    const Target target = loadTarget(folder_ / "t.exr");
+    ASSERT_EQ(target.image.width, 3);
+    ASSERT_EQ(target.image.height, 2);
+    EXPECT_EQ(target.mask, (std::vector<float>{0, 0, 0, 0, 1, 0}));
+    EXPECT_EQ(std::vector<float>(target.image.values.begin() + 12, target.image.values.begin() + 15), (std::vector<float>{1, 2, 3}));
 }
 
 TEST_F(TargetFiles, RefusesMasksOfAnotherSizeAndTargetsWithNothingLeft) {

@@ -94,6 +94,45 @@ TEST(Exr, ReadsOneChannelAndAlpha) {
     EXPECT_EQ(rgba.alpha, (std::vector<float>{0.25f}));
 }
 
+// Renderers leave out the empty border of a picture, or store more than it shows: it is as large as its display window.
+TEST(Exr, DataStandsInItsDisplayWindow) {
+    const TempFolder folder;
+    const fs::path file = folder / "w.exr";
+    const Imath::Box2i picture({10, 20}, {12, 21}); // 3 x 2
+    saveExr(file, picture, {{11, 21}, {11, 21}}, "RGB", {1, 2, 3});
+    ReadImage image = readImage(file);
+    ASSERT_EQ(image.image.width, 3);
+    ASSERT_EQ(image.image.height, 2);
+    EXPECT_EQ(image.image.values, (std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0, 0, 0}));
+    EXPECT_EQ(image.alpha, (std::vector<float>{0, 0, 0, 0, 1, 0})) << "what the file does not hold has no weight";
+    saveExr(file, picture, {{11, 21}, {11, 21}}, "RGBA", {1, 2, 3, 0.5f});
+    EXPECT_EQ(readImage(file).alpha, (std::vector<float>{0, 0, 0, 0, 0.5f, 0}));
+    saveExr(file, picture, {{12, 20}, {12, 20}}, "Y", {7});
+    image = readImage(file);
+    EXPECT_EQ(image.image.values, (std::vector<float>{0, 0, 7, 0, 0, 0}));
+    EXPECT_EQ(image.alpha, (std::vector<float>{0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(readImage(file, {.layer = "Y"}).image.values, image.image.values);
+
+    // More than it shows is cut off, on all sides or on one.
+    saveExr(file, {{0, 0}, {1, 0}}, {{-1, -1}, {2, 1}}, "Y", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
+    image = readImage(file);
+    EXPECT_EQ(image.image.values, (std::vector<float>{5, 6}));
+    EXPECT_TRUE(image.alpha.empty());
+    saveExr(file, {{0, 0}, {1, 0}}, {{1, 0}, {2, 1}}, "Y", {5, 6, 7, 8});
+    image = readImage(file);
+    EXPECT_EQ(image.image.values, (std::vector<float>{0, 5}));
+    EXPECT_EQ(image.alpha, (std::vector<float>{0, 1}));
+    saveExr(file, {{0, 0}, {1, 0}}, {{2, 0}, {3, 0}}, "Y", {5, 6});
+    EXPECT_EQ(codeOf([&] { readImage(file); }), ErrorKind::Input) << "nothing of it is to be seen";
+
+    // Both windows have the limits of all images.
+    saveExr(file, {{0, 0}, {9, 9}}, {{0, 0}, {0, 0}}, "Y", {5});
+    EXPECT_EQ(codeOf([&] { readImage(file, {.maxPixels = 99}); }), ErrorKind::Input);
+    EXPECT_EQ(codeOf([&] { readImage(file, {.maxPixels = 100}); }), std::nullopt);
+    saveExr(file, {{0, 0}, {0, 0}}, {{0, 0}, {9, 9}}, "Y", std::vector<float>(100, 1));
+    EXPECT_EQ(codeOf([&] { readImage(file, {.maxPixels = 99}); }), ErrorKind::Input);
+}
+
 TEST(Png, DecodesSrgbAndMarksClippedPixels) {
     const TempFolder folder;
     savePng(folder / "a.png", 2, 1, 4, {188, 0, 0, 128, 255, 10, 20, 255});

@@ -48,6 +48,10 @@ TEST_F(ImageFence, Exr) {
     EXPECT_PRED1(announces, changed("a.exr", attribute("a.exr:compression", "compression") - 4, word(1u << 30))); // an attribute of 1 GiB
     EXPECT_NE(changed("a.exr", window + 8, word(0x80000000)).find("no pixels"), std::string::npos);
     EXPECT_NE(changed("a.exr", 5, "\x08").find("several samples"), std::string::npos); // the flag of deep images
+    const std::size_t display = attribute("a.exr:displayWindow", "box2i"); // which costs a file nothing
+    EXPECT_EQ(changed("a.exr", display + 8, word(1919) + word(1079)), "");
+    EXPECT_PRED1(announces, changed("a.exr", display + 8, word(8191) + word(8191))); // 1 GiB
+    EXPECT_NE(changed("a.exr", display + 8, word(0x80000000)).find("cannot decode"), std::string::npos);
 
     Imf::Header header(4, 4);
     header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
