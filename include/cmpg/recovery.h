@@ -124,11 +124,12 @@ class Recovery {
     // Of a renderer with RendererOptions::recoveries, for programs that look on. Its parameters are recovered, from the current values of its scene on. Each step
     // takes over what others have set there, and puts its own values there. Steps draw as the renderer's options say and learn its guide; the renderer's
     // passes between them draw from that. RecoveryOptions::paths and parameters are not read. `from`: goes on after these steps; parameters that were not
-    // among them begin here. A renderer has one recovery at a time: another ends it, and so do Renderer::setSampling, Renderer::forget and new values of
+    // among them, have another size now or stepped by another method begin here. A renderer has one recovery at a time: another ends it, and so do Renderer::setSampling, Renderer::forget and new values of
     // parameters that the renderer was not made for. Error(Usage) on a renderer that was not made for recoveries.
     Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from = {});
     bool ended() const; // its renderer was put to another use: steps, images and checkpoints throw Error(Usage), all else can be asked for
     RecoveryProgress progress() const;
+    // Steps, images and checkpoints are refused with Error(Usage) where a call back of the renderer's own work asks for them.
 
     // Error(Numerical) where no entry of the gradient is finite, Error(Device) where the device is lost. Whatever ends it, the state is
     // that after a whole step.
@@ -180,7 +181,7 @@ class Recovery {
 
     // As Renderer::onSubmission, and that of its renderer where it has one. A step that it ends has changed nothing and can be done again.
     void onSubmission(std::function<void()> call, double seconds = 0.2);
-    // Called with each image that a step compares with a target, from the thread of the step.
+    // Called with each image that a step compares with a target, from the thread of the step. It may ask for no work of the renderer, as in Renderer::onSubmission.
     void onImage(std::function<void(std::size_t target, const Image& image)> call);
 
     struct State;

@@ -67,7 +67,7 @@ struct PassOptions {
     bool layers = false; // PassReport::layers; of render() and forward(), not in batches, nor of positivised derivatives
     // Where more than one path in a hundred was left out because it was not finite: Error(Numerical). False: PassReport::dropped alone tells.
     bool strict = true;
-    // Called with the image as it grows, now and then; of render() and forward(). The result is the same.
+    // Called with the image as it grows, now and then; of render() and forward(). The result is the same. As onSubmission() it may ask for no other work.
     std::function<void(const Image& image)> onImage = {};
 };
 
@@ -173,7 +173,8 @@ class Renderer {
     std::optional<Image> guideCells(const Image& depth, const PassOptions& pass) const;
 
     // Called from the thread of a pass, before every submission; one takes about `seconds`, from 0.001 to 10: 0.02 for what somebody waits for. Results do not
-    // depend on it. What it throws ends the pass, and nothing of it remains.
+    // depend on it. What it throws ends the pass, and nothing of it remains. It may ask this renderer for what is known, as report() and guideAt(): passes, and steps
+    // of recoveries with this renderer, are refused with Error(Usage), since one is under way.
     void onSubmission(std::function<void()> call, double seconds = 0.2);
     // Called where a pass has to compile kernels, before and after.
     void onCompile(std::function<void(bool begins)> call);

@@ -3,6 +3,7 @@
 
 #include "scene/export_folder.h"
 #include "scene/file_io.h"
+#include "session/output.h"
 
 #include <cstdio>
 
@@ -12,14 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "step,loss,loss_error,regularizer,lr,seconds_primal,seconds_gradient,seconds_update,gradient_norm,dropped\n";
-
-void makeFolder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::is_directory(folder))
-        throw Error(ErrorKind::Output, "cannot make the folder " + folder.string(),
-                    error ? error.message() : "a file of that name is in the way", "choose another folder with -o");
-}
 
 Error unwritable(const fs::path& file) {
     return {ErrorKind::Output, "cannot write " + file.string(), "the folder is read-only or gone, or the disk full", "choose another folder with -o"};

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 namespace cmpg {
@@ -31,9 +32,11 @@ class Run {
     }
 
     void step() {
+        const double compiled = subject_.session.compileSeconds();
         const Stopwatch watch;
         recovery_.step();
-        seconds_ += watch.seconds();
+        const double seconds = watch.seconds(), compiling = subject_.session.compileSeconds() - compiled; // of a method of sampling that is tried first now
+        seconds_ += std::max(0.0, seconds - compiling); // some of it beside other work, so that all of it may be more than the step took
         curve_.push_back({seconds_, steps(), meanSquaredParameterError(values(), subject_.truth)});
     }
 
@@ -95,8 +98,8 @@ Uncertain meanOf(const std::vector<double>& values) {
     for (const double v : values)
         result.value += v / n;
     for (const double v : values)
-        result.error += (v - result.value) * (v - result.value) / (n * std::max(1.0, n - 1));
-    result.error = std::sqrt(result.error);
+        result.error += (v - result.value) * (v - result.value);
+    result.error = values.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(result.error / (n * (n - 1)));
     return result;
 }
 
@@ -121,7 +124,7 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
             comparison.initial = runs.front()->values();
             comparison.initialError = runs.front()->curve().front().error;
         }
-        advance(runs, subject, own.steps, progress);
+        advance(runs, subject, std::min(own.steps, subject.options.stopAfter.value_or(own.steps)), progress);
         for (std::size_t i = 0; i < runs.size(); ++i) {
             OptimizeResult& result = comparison.results[i];
             Run& run = *runs[i];

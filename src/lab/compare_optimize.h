@@ -11,7 +11,7 @@ struct OptimizeResult {
     std::uint32_t repetitions = 0;
     double steps = 0;                            // mean over the repetitions
     double seconds = 0, trainSeconds = 0;        // of a repetition; everything counts, of it learning
-    Uncertain parameterError, imageError;        // mean squared, at the end; standard error over repetitions, 0 for a single one
+    Uncertain parameterError, imageError;        // mean squared, at the end; standard error over repetitions, NaN for a single one
     Uncertain ratio;                             // parameter error of the first method over this one's
     std::optional<double> secondsToFirst;        // to reach the first method's final error
     std::vector<CurvePoint> curve;               // of the first repetition: parameter error after every step

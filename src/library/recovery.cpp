@@ -45,19 +45,21 @@ RecoveryProgress Recovery::progress() const {
     const OptimizeState& now = state_->optimization().state();
     auto progress = std::make_shared<RecoveryProgress::State>();
     progress->steps = now.step;
-    for (std::size_t i = 0; i < now.moments.size(); ++i)
-        progress->moments.emplace_back(state_->scene().parameters[state_->parameters()[i]].name, now.moments[i]);
+    for (std::size_t i = 0; i < now.moments.size(); ++i) {
+        const cmpg::Parameter& parameter = state_->scene().parameters[state_->parameters()[i]];
+        progress->known.push_back({parameter.name, state_->sizes[i], methodOf(state_->optimization().config(), parameter.kind), now.moments[i]});
+    }
     return {std::move(progress)};
 }
 
 RecoveryStep Recovery::step() {
     State& s = *state_;
-    const std::lock_guard lock(s.mutex());
+    const Renderer::State::Work work(*s.base);
     s.requireGoing();
     const Stopwatch watch;
     StepReport report;
     const Optimization& optimization = s.optimization();
-    const double work = optimization.nextWork();
+    const double share = optimization.nextWork();
     try {
         together(s.ranks(), [&] {
             s.learning([&] {
@@ -77,14 +79,14 @@ RecoveryStep Recovery::step() {
     step.seconds = watch.seconds();
     step.concentration = report.concentration;
     step.paths = report.samples;
-    step.nextSeconds = s.usualPace(step.seconds / work) * optimization.nextWork();
+    step.nextSeconds = s.usualPace(step.seconds / share) * optimization.nextWork();
     step.warnings = s.watch.observe(report);
     return step;
 }
 
 void Recovery::prepare() {
     State& s = *state_;
-    const std::lock_guard lock(s.mutex());
+    const Renderer::State::Work work(*s.base);
     s.requireGoing();
     together(s.ranks(), [&] { s.learning([&] { s.prepare(true); }); });
 }
@@ -157,7 +159,7 @@ Image Recovery::difference(const Image& image, std::size_t target) const {
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
     require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
-    const std::lock_guard lock(s.mutex());
+    const Renderer::State::Work work(*s.base);
     s.requireTarget(target);
     s.requireGoing();
     s.base->renderer->setInteraction(s.base->interaction());
@@ -179,12 +181,12 @@ Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
 void Recovery::image(Film& film, std::size_t target, std::uint32_t spp, PassReport* report) {
     require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
-    const std::lock_guard lock(s.mutex());
+    const Renderer::State::Work work(*s.base);
     s.requireTarget(target);
     s.requireGoing();
     const View& view = s.views[target];
     const PassKey key = pictureKey(s.optimization().config().seed, target);
-    s.base->expose(cmpg::Renderer::Mode::Render, film, view, {.spp = spp, .strict = false}, {}, report,
+    s.base->expose(work, cmpg::Renderer::Mode::Render, film, view, {.spp = spp, .strict = false}, {}, report,
                    [&](std::uint32_t samples, cmpg::Film& sums) { s.base->passes->render(view, samples, key, sums); });
 }
 
@@ -210,7 +212,7 @@ void Recovery::apply(Scene& scene) const {
 }
 
 std::uint64_t Recovery::save(const std::filesystem::path& folder, const std::string& note) const {
-    const std::lock_guard lock(state_->mutex());
+    const Renderer::State::Work work(*state_->base);
     RecoveryRun& run = *state_->run;
     state_->requireGoing();
     if (!state_->ranks().isRoot())
@@ -229,7 +231,7 @@ bool Recovery::resume(const std::filesystem::path& folder, std::vector<Warning>*
     if (!found)
         return false;
     requireSame(found->identity, state_->identity, folder);
-    const std::lock_guard lock(state_->mutex());
+    const Renderer::State::Work work(*state_->base);
     state_->requireGoing();
     cmpg::resume(*found, state_->optimization(), state_->run->model());
     state_->base->giveBack();

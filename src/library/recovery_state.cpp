@@ -57,8 +57,7 @@ Recovery::State::State(std::shared_ptr<Renderer::State> renderer, const std::vec
     learns = capacityFor(options).learning;
     if (!base->capacity)
         throw Error(ErrorKind::Usage, "this renderer makes no recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
-    const std::lock_guard lock(base->device->mutex);
-    base->follow();
+    const Renderer::State::Work work(*base);
     begin(targets, options, from);
 }
 
@@ -99,6 +98,8 @@ void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOp
             showImage(view, image);
     };
     initial = current();
+    for (const std::uint32_t p : parameters())
+        sizes.emplace_back(scene().parameters[p].width, scene().parameters[p].height);
     if (from.state)
         goOn(plan, *from.state);
     const std::lock_guard lock(mutex());
@@ -111,14 +112,17 @@ void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOp
     generation = ++base->generation;
 }
 
-// Parameters that stay keep their moments; new ones begin here.
+// Parameters that stay keep their moments; those that are new, have another size or step by another method begin here.
 void Recovery::State::goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) const {
     plan.start.step = before.steps;
     for (const std::uint32_t p : parameters()) {
         const cmpg::Parameter& parameter = scene().parameters[p];
-        const auto found = std::find_if(before.moments.begin(), before.moments.end(), [&](const auto& known) { return known.first == parameter.name; });
-        if (found != before.moments.end()) {
-            plan.start.moments.push_back(found->second);
+        const OptimizerKind method = methodOf(plan.config, parameter.kind);
+        const auto found = std::find_if(before.known.begin(), before.known.end(), [&](const RecoveryProgress::State::Known& known) {
+            return known.parameter == parameter.name && known.method == method && known.size == std::pair(parameter.width, parameter.height);
+        });
+        if (found != before.known.end()) {
+            plan.start.moments.push_back(found->moments);
             continue;
         }
         plan.start.moments.push_back(initialMoments(plan.config.optimizer, parameter));
@@ -148,8 +152,7 @@ void Recovery::State::requireTarget(std::size_t target) const {
         throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(views.size() - 1));
 }
 
-void Recovery::State::requireGoing() {
-    base->follow();
+void Recovery::State::requireGoing() const {
     if (ended())
         throw Error(ErrorKind::Usage, "the recovery has ended: its renderer was put to another use",
                     "another recovery was made of it, it draws otherwise now, or a value changed that it was not made for", "go on from progress()");

@@ -18,7 +18,13 @@ namespace cmpg::v1 {
 
 struct RecoveryProgress::State {
     std::uint32_t steps = 0;
-    std::vector<std::pair<std::string, Moments>> moments; // by parameter
+    struct Known {
+        std::string parameter;
+        std::pair<std::uint32_t, std::uint32_t> size; // width and height
+        OptimizerKind method; // whose moments they are
+        Moments moments;
+    };
+    std::vector<Known> known;
 };
 
 struct Recovery::State {
@@ -36,6 +42,7 @@ struct Recovery::State {
     std::uint64_t generation = 0; // of the renderer that the run is made of
     bool prepared = false;
     std::vector<std::vector<float>> initial; // values of the parameters
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes; // and their widths and heights
     const BatchedModel* batched = nullptr; // where gradients have an error target
     std::deque<double> paces; // of the last steps: seconds for the work of one view
 
@@ -56,7 +63,7 @@ struct Recovery::State {
     std::size_t indexOf(const std::string& name) const;
     void requireTarget(std::size_t target) const;
     bool ended() const { return generation != base->generation; }
-    void requireGoing(); // takes over what others have changed
+    void requireGoing() const; // Error(Usage) where it has ended; in Work, which has taken over what others changed
     // `ahead`: kernels are made while others run already, which nothing can interrupt.
     void prepare(bool ahead);
     // Between steps nothing is learned from what others have a renderer make.

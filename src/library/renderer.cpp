@@ -106,11 +106,12 @@ Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptio
 Image Renderer::render(const PassOptions& pass, PassReport* report) {
     requireValid(pass);
     State& s = *state_;
+    const State::Work work(s);
     const PassView seen(s.scene, pass);
     const View& view = seen.view();
     const PassKey key{.seed = pass.seed, .step = pass.frame};
     return s.pass(
-        Mode::Render, view, pass, {}, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
+        work, Mode::Render, view, pass, {}, report, [&](std::uint32_t spp) { s.passes->trainRender(view, spp, pass.train, pass.seed); },
         [&](std::uint32_t spp) {
             if (batchesOf(pass) > 0)
                 return toImage(s.spend(pass, view, key, true,
@@ -130,6 +131,7 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
     const bool positivize = s.options.paths.positivize;
     if (positivize)
         requireNoLayers(pass, "the halves of positivised derivatives have mixtures of their own");
+    const State::Work work(s);
     const PassView seen(s.scene, pass);
     const View& view = seen.view();
     const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
@@ -137,7 +139,7 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
     const std::vector<std::uint32_t>& parameters = along.parameters;
     const std::vector<std::vector<float>>& values = along.values;
     return s.pass(
-        Mode::Forward, view, pass, along.input, report,
+        work, Mode::Forward, view, pass, along.input, report,
         [&](std::uint32_t spp) { s.passes->trainForward(view, spp, pass.train, pass.seed, parameters, values); },
         [&](std::uint32_t spp) {
             if (batchesOf(pass) > 0)
@@ -159,8 +161,9 @@ void Renderer::render(Film& film, const PassOptions& pass, PassReport* report) {
     const PassOptions own = passOf(film, pass);
     requireValid(own);
     State& s = *state_;
+    const State::Work work(s);
     const PassView seen(s.scene, own);
-    s.expose(Mode::Render, film, seen.view(), own, {}, report, [&](std::uint32_t spp, cmpg::Film& sums) {
+    s.expose(work, Mode::Render, film, seen.view(), own, {}, report, [&](std::uint32_t spp, cmpg::Film& sums) {
         s.passes->render(seen.view(), spp, {.seed = own.seed, .step = own.frame}, sums);
     });
 }
@@ -169,9 +172,10 @@ void Renderer::forward(Film& film, std::span<const Direction> directions, const 
     const PassOptions own = passOf(film, pass);
     requireValid(own);
     State& s = *state_;
+    const State::Work work(s);
     const PassView seen(s.scene, own);
     const State::Along along(s, directions);
-    s.expose(Mode::Forward, film, seen.view(), own, along.input, report, [&](std::uint32_t spp, cmpg::Film& sums) {
+    s.expose(work, Mode::Forward, film, seen.view(), own, along.input, report, [&](std::uint32_t spp, cmpg::Film& sums) {
         s.passes->forward(seen.view(), spp, {.seed = own.seed, .step = own.frame, .pass = 1}, along.parameters, along.values, sums);
     });
 }
@@ -180,8 +184,9 @@ void Renderer::train(const PassOptions& pass) {
     const PassOptions own = learningOf(pass);
     requireValid(own);
     State& s = *state_;
+    const State::Work work(s);
     const PassView seen(s.scene, own);
-    s.train(Mode::Render, seen.view(), own, {},
+    s.train(work, Mode::Render, seen.view(), own, {},
             [&](std::uint32_t spp, std::uint32_t number) { s.passes->trainRender(seen.view(), spp, 1, own.seed, number); });
 }
 
@@ -189,15 +194,16 @@ void Renderer::train(std::span<const Direction> directions, const PassOptions& p
     const PassOptions own = learningOf(pass);
     requireValid(own);
     State& s = *state_;
+    const State::Work work(s);
     const PassView seen(s.scene, own);
     const State::Along along(s, directions);
-    s.train(Mode::Forward, seen.view(), own, along.input, [&](std::uint32_t spp, std::uint32_t number) {
+    s.train(work, Mode::Forward, seen.view(), own, along.input, [&](std::uint32_t spp, std::uint32_t number) {
         s.passes->trainForward(seen.view(), spp, 1, own.seed, along.parameters, along.values, number);
     });
 }
 
 void Renderer::forget() {
-    const std::lock_guard lock(state_->device->mutex);
+    const State::Work work(*state_);
     if (state_->capacity)
         state_->drawAnew(false);
     else
@@ -206,7 +212,7 @@ void Renderer::forget() {
 
 void Renderer::setSampling(Sampling sampling) {
     State& s = *state_;
-    const std::lock_guard lock(s.device->mutex);
+    const State::Work work(s);
     if (!s.capacity)
         throw Error(ErrorKind::Usage, "this renderer draws as it was made to", "it has no memory for other methods", "make it with RendererOptions::recoveries");
     s.options.paths.sampling = sampling;
@@ -232,12 +238,13 @@ Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, Pass
     sized.width = adjoint.width;
     sized.height = adjoint.height;
     sized.onImage = {};
+    const State::Work work(s);
     const PassView seen(s.scene, sized);
     const View& view = seen.view();
     const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
     const bool continues = !s.options.paths.positivize && s.options.paths.pixelSampling == PixelSampling::Uniform;
     return s.pass(
-        Mode::Reverse, view, sized, {&adjoint.values}, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
+        work, Mode::Reverse, view, sized, {&adjoint.values}, report, [&](std::uint32_t spp) { s.passes->trainReverse(view, spp, pass.train, pass.seed, adjoint); },
         [&](std::uint32_t spp) {
             Gradients gradients;
             for (const std::uint32_t p : s.parameters)
@@ -266,12 +273,13 @@ CheckResult Renderer::check(const Direction& direction, const PassOptions& pass,
     require(sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216, or 0");
     requireNoLayers(pass, "a check makes no image");
     State& s = *state_;
+    const State::Work work(s);
     const std::uint32_t index = s.indexOf(direction), parameters[] = {index};
     if (how.width == 0 && how.height == 0)
         how.width = 128; // many renders, compared by blocks
     const PassView seen(s.scene, how);
     const View& view = seen.view();
-    return s.pass(Mode::Forward, view, how, {&direction.values}, report, [](std::uint32_t) {},
+    return s.pass(work, Mode::Forward, view, how, {&direction.values}, report, [](std::uint32_t) {},
                   [&](std::uint32_t spp) {
                       const std::vector<std::vector<float>> directions{direction.values};
                       double seconds = 0;
@@ -304,8 +312,7 @@ void Renderer::prepare(std::initializer_list<PassKind> kinds, const PassOptions&
     requireValid(pass);
     State& s = *state_;
     const auto has = [&](PassKind kind) { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); };
-    const std::lock_guard lock(s.device->mutex);
-    s.follow();
+    const State::Work work(s);
     s.ensure(has(PassKind::Backward) ? Mode::Reverse : has(PassKind::Forward) ? Mode::Forward : Mode::Render, pass.train > 0);
     for (const PassKind kind : kinds)
         s.renderer->expect({modeOf(kind)});
@@ -315,8 +322,7 @@ void Renderer::prepare(std::initializer_list<PassKind> kinds, const PassOptions&
 
 Footprint Renderer::footprint(const std::vector<PassKind>& kinds, const PassOptions& pass) {
     requireValid(pass);
-    const std::lock_guard lock(state_->device->mutex);
-    state_->follow();
+    const State::Work work(*state_);
     return state_->footprint(kinds, pass.train > 0);
 }
 

@@ -267,12 +267,12 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
     return std::move(found.mean);
 }
 
-std::unique_lock<std::recursive_mutex> Renderer::State::admit(Mode mode, const View& view, const PassOptions& how,
-                                                              const std::vector<const std::vector<float>*>& input) {
-    std::unique_lock lock(device->mutex);
-    follow();
-    requireSameOnAll(mode, view, how, input);
-    return lock;
+Renderer::State::Work::Work(State& state) : lock_(state.device->mutex), state_(state) {
+    if (state.working)
+        throw Error(ErrorKind::Usage, "this renderer is at work", "a call back of a pass or a step asks it, or its recovery, for another one",
+                    "ask when that is done, or have another renderer do it");
+    state.follow();
+    state.working = true;
 }
 
 Renderer::State::Before Renderer::State::begin(Mode mode, const View& view, const PassOptions& how) {

@@ -26,6 +26,19 @@ struct Renderer::State {
 
     struct Along; // directions of a derivative
 
+    // A piece of work with the renderer: holds the device, and has taken over what changed in the source. Error(Usage) where a call back of such work, which
+    // comes from its thread, asks for another piece: it would change buffers and values that the first one uses.
+    class Work {
+      public:
+        explicit Work(State& state);
+        ~Work() { state_.working = false; }
+        Work(const Work&) = delete;
+
+      private:
+        const std::lock_guard<std::recursive_mutex> lock_;
+        State& state_;
+    };
+
     std::shared_ptr<Device::State> device;
     std::shared_ptr<Scene::State> source; // null: nobody else's values are followed
     std::optional<Capacity> capacity;
@@ -43,6 +56,7 @@ struct Renderer::State {
     bool fresh = true;     // the guide is what it was when the renderer was made
     std::uint32_t trained = 0;    // learning passes that train() made for it
     std::uint64_t generation = 0; // rises when what a recovery stands on goes
+    bool working = false;         // see Work
 
     State(std::shared_ptr<Device::State> d, std::shared_ptr<Scene::State> s, const RendererOptions& o);
     // Of a recovery, over a copy of the scene of its own.
@@ -68,14 +82,15 @@ struct Renderer::State {
 
     // One that nothing is learned from: adds to a film.
     template <class Run>
-    void expose(Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report, Run&& run);
+    void expose(const Work&, Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report, Run&& run);
     // Learning passes alone; `learn` makes the one with this number, of so many samples per pixel.
-    template <class Learn> void train(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn);
+    template <class Learn>
+    void train(const Work&, Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn);
 
     // Learning passes, then `run`; both get the samples per pixel of a pass. `input`: what it takes beside its options.
     template <class Train, class Run>
-    auto pass(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report, Train&& train,
-              Run&& run);
+    auto pass(const Work&, Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report,
+              Train&& train, Run&& run);
 
     // What a pass of an estimate makes: an image or gradients in a row, of `samples` per pixel with the numbers of `key`.
     using Estimate = std::function<std::vector<double>(std::uint32_t samples, const PassKey& key)>;
@@ -94,8 +109,6 @@ struct Renderer::State {
         RenderStatistics statistics;
         double learned = 0; // seconds
     };
-    // Locks the device for a pass and takes over the source's values. Of several ranks: as requireSameOnAll().
-    std::unique_lock<std::recursive_mutex> admit(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
     Before begin(Mode mode, const View& view, const PassOptions& how);
     // Fills in what the pass did; Error(Numerical) where it left out too much.
     void finish(Mode mode, const PassOptions& how, const Before& before, PassReport* report);
@@ -126,9 +139,9 @@ std::uint32_t batchesOf(const PassOptions& pass);  // 0: none
 void requireValid(const PassOptions& pass);
 
 template <class Train, class Run>
-auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, PassReport* report,
-                           Train&& train, Run&& run) {
-    const auto lock = admit(mode, view, how, input);
+auto Renderer::State::pass(const Work&, Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
+                           PassReport* report, Train&& train, Run&& run) {
+    requireSameOnAll(mode, view, how, input);
     const auto work = [&] {
         const Before before = begin(mode, view, how);
         if (guided && how.train > 0) {
@@ -156,9 +169,9 @@ auto Renderer::State::pass(Mode mode, const View& view, const PassOptions& how, 
 }
 
 template <class Run>
-void Renderer::State::expose(Mode mode, Film& film, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
-                             PassReport* report, Run&& run) {
-    const auto lock = admit(mode, view, how, input);
+void Renderer::State::expose(const Work&, Mode mode, Film& film, const View& view, const PassOptions& how,
+                             const std::vector<const std::vector<float>*>& input, PassReport* report, Run&& run) {
+    requireSameOnAll(mode, view, how, input);
     const auto work = [&] {
         const Before before = begin(mode, view, how);
         const double compiledBefore = device->device.compileSeconds();
@@ -172,8 +185,9 @@ void Renderer::State::expose(Mode mode, Film& film, const View& view, const Pass
 }
 
 template <class Learn>
-void Renderer::State::train(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, Learn&& learn) {
-    const auto lock = admit(mode, view, how, input);
+void Renderer::State::train(const Work&, Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
+                            Learn&& learn) {
+    requireSameOnAll(mode, view, how, input);
     ensure(mode, true, false);
     if (!guided) // passes draw from the materials alone
         return;

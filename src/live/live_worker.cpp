@@ -99,12 +99,12 @@ void LiveWorker::openDevice() {
 }
 
 void LiveWorker::openScene(const Options& options) {
-    if (!device_)
-        openDevice();
     notice("loading the scene", true);
     const std::uint32_t number = (state_.scene ? state_.scene->number : 0) + 1;
     auto scene = std::make_unique<LoadedScene>(options, number);
     const LiveSettings initial = scene->initialSettings(options);
+    if (!device_) // after what may fail: the scene before has left this device, and knows no other
+        openDevice();
     work_.reset();
     scene_ = std::move(scene);
     options_ = options;
@@ -146,6 +146,8 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
         other.texture.clear();
         other.set.clear();
         other.target.clear();
+        other.mask.clear();
+        other.define.clear();
         other.width.reset();
         other.height.reset();
         answer(r);
@@ -207,11 +209,13 @@ void LiveWorker::answer(const LiveRequests& quick) {
     };
     for (const LiveSave& save : quick.saves)
         failing([&] {
+            makeFolder(folderOf(save.file)); // that of -o need not be there yet
             save.write();
             tell("saved " + save.file.string());
         });
     if (quick.sceneFolder && scene_)
         failing([&] {
+            makeFolder(*quick.sceneFolder);
             requireWritableFolder(*quick.sceneFolder);
             tell("saved " + scene_->scene.exportTo(*quick.sceneFolder, scene_->changed()).string());
         });

@@ -89,7 +89,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
                     {"optimizer", "loss", "spp-difference"});
     for (const std::uint32_t index : parameters_) {
         Parameter& parameter = scene_.parameters.at(index);
-        methods_.push_back(methodOf(config_.optimizer.kind, parameter.kind, allowed));
+        methods_.push_back(methodOf(config_, parameter.kind));
         parameter.materialise();
         if (state_.moments.size() < parameters_.size())
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));

@@ -51,6 +51,8 @@ inline bool carriesImages(const OptimizeConfig& config) { return config.sppDiffe
 
 // Whether an optimisation has what Gauss-Newton needs.
 inline bool allowsNewton(const OptimizeConfig& config) { return carriesImages(config) && isSquared(config.loss); }
+// What a parameter of a slot steps by.
+inline OptimizerKind methodOf(const OptimizeConfig& config, SlotKind kind) { return methodOf(config.optimizer.kind, kind, allowsNewton(config)); }
 
 struct StepReport {
     std::uint32_t step = 0;     // from 0

@@ -78,11 +78,16 @@ void requireWritableFolder(const fs::path& folder) {
 void requireWritableGuide(const fs::path& file) {
     if (file.empty() || !ranks().isRoot())
         return;
-    std::error_code error;
-    fs::create_directories(folderOf(file), error);
-    if (error)
-        refuse(file, error.message(), "choose another place for it");
+    makeFolder(folderOf(file));
     requireWritableFile(file, nullptr);
+}
+
+void makeFolder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (!fs::is_directory(folder))
+        throw Error(ErrorKind::Output, "cannot make the folder " + folder.string(), error ? error.message() : "a file of that name is in the way",
+                    "choose another place");
 }
 
 void writeTextFile(const fs::path& file, const std::string& text) {

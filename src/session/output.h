@@ -13,6 +13,9 @@ void requireWritableFile(const std::filesystem::path& file, const char* extensio
 void requireWritableFolder(const std::filesystem::path& folder); // makes the folder itself if its parent exists
 void requireWritableGuide(const std::filesystem::path& file);    // of --save-guide, empty for none; makes its folder
 
+// With those that it stands in; Error(Output) where that fails.
+void makeFolder(const std::filesystem::path& folder);
+
 void writeTextFile(const std::filesystem::path& file, const std::string& text);
 
 } // namespace cmpg

@@ -92,8 +92,10 @@ v1::Device& Session::openDevice() {
 
 const Device& Session::device() const { return device_->state()->device; }
 
+double Session::compileSeconds() const { return device().compileSeconds(); }
+
 void Session::begin(const SeenView& view, const std::filesystem::path& folder) {
-    report_.seconds.load = std::max(0.0, loading_.seconds() - device().compileSeconds());
+    report_.seconds.load = std::max(0.0, loading_.seconds() - compileSeconds());
     report_.addDevice(device());
     record_.begin(view, options_.effectiveDepth(host().maxDepth), folder);
 }

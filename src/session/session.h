@@ -62,6 +62,7 @@ class Session {
 
     v1::Device& openDevice(); // the first time: after all other input was checked
     const Device& device() const;
+    double compileSeconds() const; // of the open device, so far
     // What works on the device is made, for images of this view. The report takes up the times so far. Then as RunRecord::begin().
     void begin(const SeenView& view, const std::filesystem::path& folder);
     void record(const std::function<void(Options&)>& change) { record_.record(change); }

@@ -207,5 +207,63 @@ TEST(LibraryInteractive, GoesOnWhereARecoveryEnded) {
     EXPECT_FALSE(std::filesystem::exists(folder / "scene/parameters/painting.baseColor.exr"));
 }
 
+// A call back comes amidst a pass or a step, which uses buffers and values of the renderer.
+TEST(LibraryInteractive, CallBacksMayNotAskForOtherWork) {
+    const Scene scene = greyScene();
+    Renderer renderer(device(), scene, paintingRenderer()), other(device(), scene, {.paths = paintingOptions().paths});
+    const Image alone = renderer.render({.width = 24, .spp = 4}), others = other.render({.width = 16, .spp = 2});
+    Recovery recovery(renderer, {smallTarget()}, paintingOptions());
+    const Folder folder;
+    const std::vector<std::function<void()>> refused{
+        [&] { renderer.render({.width = 16, .spp = 1}); },  [&] { renderer.forget(); },     [&] { renderer.setSampling(Sampling::Bsdf); },
+        [&] { renderer.prepare({PassKind::Forward}, {}); }, [&] { recovery.step(); },       [&] { recovery.image(0, 1); },
+        [&] { recovery.save(folder / "run"); },             [&] { Film f(8, 8); renderer.render(f, {.spp = 1}); },
+    };
+    std::size_t asked = 0;
+    const auto ask = [&] {
+        if (asked == refused.size())
+            return;
+        const Error error = errorOf(refused[asked++]);
+        EXPECT_EQ(error.kind, ErrorKind::Usage);
+        EXPECT_NE(std::string(error.what()).find("at work"), std::string::npos) << error.what();
+        renderer.report(PassKind::Render); // what is known may be asked for
+        EXPECT_EQ(other.render({.width = 16, .spp = 2}).values, others.values); // and another renderer be used
+    };
+    renderer.onSubmission(ask, 0.001);
+    while (asked < refused.size())
+        EXPECT_EQ(renderer.render({.width = 24, .spp = 4}).values, alone.values);
+    renderer.onSubmission({});
+    int shown = 0;
+    recovery.onImage([&](std::size_t, const Image&) {
+        ++shown;
+        EXPECT_EQ(errorOf([&] { renderer.render({.width = 16, .spp = 1}); }).kind, ErrorKind::Usage);
+    });
+    recovery.step();
+    EXPECT_EQ(shown, 1);
+}
+
+// Moments of another method, or of a texture of another size, mean something else.
+TEST(LibraryInteractive, GoesOnByAnotherMethodAndWithAnotherSize) {
+    Scene scene = greyScene();
+    Renderer renderer(device(), scene, paintingRenderer());
+    RecoveryOptions options = paintingOptions();
+    options.spp = options.sppGradient = 2;
+    const std::vector<Target> targets{smallTarget()};
+    RecoveryProgress before;
+    for (const int edge : {64, 32, 48})
+        for (const OptimizerKind kind : {OptimizerKind::Sgd, OptimizerKind::GaussNewton, OptimizerKind::Adam, OptimizerKind::GaussNewton}) {
+            scene.resize(kPainting, edge, edge);
+            scene.set(kPainting, std::vector{0.5f});
+            options.optimizer = kind;
+            Recovery anew(Renderer(device(), scene, paintingRenderer()), targets, options), recovery(renderer, targets, options, before);
+            recovery.step();
+            anew.step();
+            EXPECT_EQ(recovery.values(kPainting).size(), std::size_t(edge) * edge * 3);
+            for (const float v : recovery.values(kPainting))
+                ASSERT_TRUE(v >= 0 && v <= 1);
+            before = recovery.progress();
+        }
+}
+
 } // namespace
 } // namespace cmpg::test

@@ -213,6 +213,28 @@ TEST(LibraryRenderer, EndsAPassWhenAskedTo) {
     EXPECT_EQ(renderer.render(pass).values, image.values);
 }
 
+// The scene got another size since the renderer's last pass.
+TEST(LibraryRenderer, DirectionsAreOfTheSizeThatParametersHaveNow) {
+    Scene scene = Scene::load(kBox);
+    Renderer renderer(device(), scene, {.paths = {.maxDepth = 3}, .parameters = {kPainting}});
+    const PassOptions pass{.width = 8, .spp = 1};
+    int edge = 8;
+    const auto along = [&](const auto& use) {
+        renderer.render(pass);
+        edge *= 2;
+        scene.resize(kPainting, edge, edge);
+        const Direction direction{kPainting, std::vector<float>(std::size_t(edge) * edge * 3, 1.f)};
+        use(direction);
+    };
+    along([&](const Direction& d) { EXPECT_EQ(renderer.forward(std::span(&d, 1), pass).width, 8); });
+    along([&](const Direction& d) { renderer.train(std::span(&d, 1), pass); });
+    along([&](const Direction& d) { renderer.check(d, pass, 1); });
+    along([&](const Direction& d) {
+        Film film(8, 8);
+        renderer.forward(film, std::span(&d, 1), pass);
+    });
+}
+
 TEST(LibraryRenderer, TellsWhatPassesTake) {
     const Scene scene = Scene::load(kBox);
     Renderer renderer(device(), scene, {.paths = {.maxDepth = 3}, .parameters = {kPainting}});

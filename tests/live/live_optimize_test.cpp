@@ -223,12 +223,15 @@ TEST_F(LiveOptimize, SavesWhatIsSeen) {
     Parameter painting = saved.parameters[saved.parameter("painting.baseColor")];
     painting.materialise();
     EXPECT_NEAR(painting.values[0], exact.values[0], 0.02); // 8 bits
-    (*live)->save(LivePicture::Image, scratch_ / "no/such/folder.exr");
+    (*live)->save(LivePicture::Image, scratch_ / "no/such/image.exr"); // makes the folder
+    live->until([](const LiveState& s) { return s.message.number == 8; }, "8 files");
+    EXPECT_TRUE(std::filesystem::exists(scratch_ / "no/such/image.exr"));
+    (*live)->save(LivePicture::Image, scratch_ / "loss.csv/image.exr");
     (*live)->save(LivePicture::Image, scratch_ / "image.txt");
     (*live)->save(LivePicture::Cells, scratch_ / "cells.png");
     (*live)->saveLoss(scratch_ / "loss.txt");
     live->untilError(4);
-    EXPECT_EQ((*live)->state()->message.number, 7u);
+    EXPECT_EQ((*live)->state()->message.number, 8u);
 }
 
 } // namespace

@@ -159,6 +159,36 @@ TEST(LiveRefine, MistakesAreReportedAndSurvived) {
     EXPECT_FALSE(state->settings.parameters.empty());
 }
 
+// A mask is of a camera of the scene that it was given with.
+TEST(LiveRefine, MasksEndWithTheirScene) {
+    Options options = liveOptions("box");
+    options.spp = 2;
+    options.mask = {"corner=" + std::string(CMPG_SOURCE_DIR "/scenes/box/target.exr")};
+    Watched live(options);
+    EXPECT_NE(live.untilError(1)->error.what.find("corner"), std::string::npos); // there is no target of it
+    live->openScene(sceneFile("door"));
+    live.until([](const LiveState& s) { return s.scene->number == 2 && s.imageSamples == 2; }, "the other scene");
+    live->change([](LiveSettings& s) { s.mode = LiveMode::Optimize; });
+    live->stepOnce();
+    const auto state = live.until([](const LiveState& s) { return s.step == 1; }, "a step towards its target");
+    EXPECT_EQ(state->error.number, 1u) << state->error.what;
+}
+
+// The scene that was open has no device any more when another one cannot be read.
+TEST(LiveRefine, ASceneThatCannotBeReadAfterADeviceWasLost) {
+    const ScratchFolder scratch;
+    Options options = liveOptions("box", 64);
+    ::setenv("CMPG_FAULT", "lost:3", 1);
+    Watched live(options);
+    live.untilError(1);
+    live->openScene(scratch / "missing.gltf");
+    auto state = live.untilError(2);
+    EXPECT_NE(state->error.what.find("missing.gltf"), std::string::npos) << state->error.what;
+    ::unsetenv("CMPG_FAULT");
+    live->openScene(sceneFile("box"));
+    live.until([](const LiveState& s) { return s.scene->number == 2 && s.imageSamples > 0; }, "an image");
+}
+
 TEST(LiveRefine, WithoutASceneThereIsNothingButAMessage) {
     Options options = liveOptions("box");
     options.input = "nowhere.gltf";
