@@ -93,7 +93,7 @@ class Scene {
     // `values`: entries() of them, or one per channel, or one for all. Error(Usage) on another number of values, or values out of range.
     void set(const std::string& name, std::span<const float> values);
 
-    // Gives a parameter a texture of this size, from 1 to 16384 texels along each edge: of a constant, or resampled, so that the surface looks the same as far as
+    // Gives a parameter a texture of this size, from 1 to 8192 texels along each edge: of a constant, or resampled, so that the surface looks the same as far as
     // texels allow. Error(Usage) where there is no place for one: meshes without texture coordinates, normals without a normal map, anisotropy, an
     // environment of one colour.
     void resize(const std::string& name, int width, int height);

@@ -294,7 +294,7 @@ class Scene:
 
         Args:
             name: the parameter.
-            width, height: texels along each edge, from 1 to 16384.
+            width, height: texels along each edge, from 1 to 8192.
 
         Raises:
             UsageError: there is no place for a texture: meshes without texture coordinates, normals without a normal map, anisotropy, an environment of

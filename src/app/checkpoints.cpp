@@ -17,7 +17,7 @@ void Checkpoints::resume(v1::Recovery& run) {
     if (resumed_.empty()) {
         const std::filesystem::path aside = ranks().isRoot() ? v1::Recovery::setAside(folder_) : std::filesystem::path();
         if (!aside.empty())
-            log_.warn("checkpoint_replaced", "'" + folder_.string() + "' has the checkpoint of an earlier run, which is now " + aside.filename().string() + ": --resume continues this run");
+            log_.warn("checkpoint_replaced", "'" + folder_.string() + "' has the checkpoint of another run, which is now " + aside.filename().string() + ": --resume continues this run");
         return;
     }
     const std::string folder = resumed_.string();

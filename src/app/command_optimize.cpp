@@ -35,10 +35,12 @@ struct Views {
 Views loadViews(const Options& options, const Scene& scene) {
     Views result;
     std::size_t bytes = 0;
+    requireCamerasNamed(options, scene);
     for (const std::string& text : options.target) {
         const CameraFile given = cameraFileOf(scene, text);
         const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
         v1::Target target = averagedTo(options, load(given.file, given.camera, maskOf(options, scene, given.camera), options.targetExposure));
+        warnOfGrey(target);
         bytes += (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size();
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));
@@ -168,6 +170,30 @@ void showStep(const Session& session, const v1::Recovery& run, DisplayStream& di
     }
 }
 
+// Warns of parameters that went to an end of their range, all of each, while the image is still off by far more than noise: what the target has more or less of
+// is then not theirs.
+void warnOfEnds(const Session& session, const v1::Recovery& run, const std::vector<std::vector<float>>& start, EventLog& log) {
+    constexpr double kErrors = 4;      // standard errors of the loss that is left
+    constexpr float kNear = 1e-3f;     // of the range
+    constexpr double kMostLoss = 0.05; // of the loss at the start, that a recovery leaves
+    const std::vector<v1::RecoveryStep> steps = run.history();
+    if (steps.empty() || !(steps.back().loss > kErrors * steps.back().lossError && steps.back().loss > kMostLoss * steps.front().loss))
+        return;
+    for (std::size_t p = 0; p < session.parameters.size(); ++p) {
+        const Parameter& parameter = session.parameter(p);
+        const std::vector<float> values = run.values(parameter.name);
+        for (const float end : {parameter.lowest(), parameter.highest()}) {
+            const auto isThere = [&](float v) { return std::abs(v - end) <= kNear; };
+            if (!std::isfinite(end) || !std::all_of(values.begin(), values.end(), isThere) || std::all_of(start[p].begin(), start[p].end(), isThere))
+                continue;
+            char text[200];
+            std::snprintf(text, sizeof text, " ended at %g, the end of its range, and the image is still off: is the target's exposure the scene's (--target-exposure), and its light?",
+                          double(end));
+            log.warn("at_its_end", parameter.name + text);
+        }
+    }
+}
+
 // Warns of parameters that no step has reached once steps have seen every view.
 class UnreachedParameters {
   public:
@@ -286,6 +312,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     std::vector<std::vector<float>> start;
     for (const std::string& name : session.parameters)
         start.push_back(session.scene.values(name));
+    warnOfEnds(session, run, start, log);
     folder.writeLosses(run.history());
     folder.attempt([&] {
         run.apply(session.scene);

@@ -60,6 +60,23 @@ void readConfig(const std::string& file, Options& options) {
     applyText({std::istreambuf_iterator<char>(in), {}}, file, options);
 }
 
+// What CLI11 says of options that have too many values, none, or one that means nothing to them; other texts as they are.
+std::string inPlainWords(const std::string& text) {
+    const auto between = [&](const std::string& before, const std::string& after) -> std::optional<std::pair<std::string, std::string>> {
+        const std::size_t at = text.find(after, before.size());
+        if (text.compare(0, before.size(), before) != 0 || at == std::string::npos)
+            return {};
+        return std::pair(text.substr(before.size(), at - before.size()), text.substr(at + after.size()));
+    };
+    if (const auto many = between("", ": At Most 1 required but received "))
+        return many->first + " was given " + many->second + " times";
+    if (const auto none = between("", ": 1 required "))
+        return none->first + " lacks its value";
+    if (const auto other = between("Could not convert: ", " = "))
+        return other->first + (other->second.starts_with("--") ? " lacks its value: " + other->second + " comes next" : " does not take '" + other->second + "'");
+    return text;
+}
+
 enum class Names { Nothing, Something, Command };
 
 // What the arguments name: a command, or something else that is no option, such as a scene. Mistakes are somebody else's business.
@@ -118,7 +135,7 @@ Options parseOptions(int argc, const char* const* argv) {
         }
         throw unexpectedArgument(app);
     } catch (const CLI::ParseError& e) {
-        throw Error(ErrorKind::Usage, e.what(), "", "see cmpg-vk --help");
+        throw Error(ErrorKind::Usage, inPlainWords(e.what()), "", "see cmpg-vk --help");
     }
     for (const auto& c : kCommands)
         if (c.value != Command::ListDevices && c.value != Command::Version && app.got_subcommand(c.name))

@@ -61,6 +61,7 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
             directions.push_back({session.parameters[p], directionOf(session.parameter(p), o.direction)});
     }
     constexpr int kDefaultWidth = 256; // many passes of many methods
+    requireCamerasNamed(o, session.host());
     std::vector<std::string> cameras;
     for (const std::string& text : o.target) {
         v1::Target given = averagedTo(o, openTarget(o, session.scene, text));

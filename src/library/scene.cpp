@@ -163,8 +163,8 @@ void Scene::set(const std::string& name, std::span<const float> values) {
 void Scene::resize(const std::string& name, int width, int height) {
     const std::lock_guard lock(state_->mutex);
     const std::uint32_t index = state_->scene.parameter(name);
-    require(width >= 1 && width <= int(kMostTexels), "width", "from 1 to 16384");
-    require(height >= 1 && height <= int(kMostTexels), "height", "from 1 to 16384");
+    require(width >= 1 && width <= int(kMostTexels), "width", "from 1 to 8192");
+    require(height >= 1 && height <= int(kMostTexels), "height", "from 1 to 8192");
     cmpg::resize(state_->scene, index, std::uint32_t(width), std::uint32_t(height));
     ++state_->revisions[index];
 }

@@ -14,7 +14,7 @@ namespace cmpg {
 struct ReadImage {
     Image image;            // 1, 3 channels; linear
     std::vector<float> alpha; // empty when the file has none; else one value per pixel in [0,1]
-    std::vector<std::uint8_t> clipped; // of .png and .jpg: 1 for values at the largest code; else empty
+    std::vector<std::uint8_t> clipped; // of .png and .jpg: 1 for values at the largest code, or so near to it that compression may have changed them; else empty
 };
 
 struct ReadOptions {
@@ -24,7 +24,7 @@ struct ReadOptions {
     std::string layer = {}; // of an EXR file with several
 };
 
-// Reads .exr .hdr .png .jpg by content. Throws Error(Input) on anything malformed or too large.
+// Reads .exr .hdr .png .jpg by content; the latter as their EXIF orientation says. Throws Error(Input) on anything malformed or too large.
 ReadImage readImage(const std::filesystem::path& file, const ReadOptions& options = {});
 
 // float32, ZIP, exactly R,G,B (one channel is written three times), no attribute that differs between equal runs.

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "scene/image_decode.h"
 #include "scene/image_fence.h"
+#include "scene/jpeg_photo.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -198,7 +199,7 @@ RawImage decodeImage(std::span<const std::uint8_t> file, const std::string& name
         image = decodeExr(file, name, limits);
     else if (startsWith(file, {'#', '?'}))
         image = decodeRadiance(file, name, limits);
-    else if (startsWith(file, {0x89, 'P', 'N', 'G'}) || startsWith(file, {0xff, 0xd8, 0xff}))
+    else if (startsWith(file, {0x89, 'P', 'N', 'G'}) || isJpeg(file))
         image = decodeStb(file, name, limits);
     else
         throw malformed(name, "its content is none of .exr, .hdr, .png, .jpg");
@@ -226,8 +227,10 @@ const float* srgbTable() {
 }
 
 ReadImage readImage(const std::filesystem::path& file, const ReadOptions& options) {
-    const RawImage raw = decodeImage(readFile(file), file.string(), {std::size_t(1) << 20, options.maxPixels, options.layer, options.finite});
-    const bool encoded = !raw.linear && !options.linear, eightBit = !raw.bytes.empty();
+    const Bytes content = readFile(file);
+    const RawImage raw = decodeImage(content, file.string(), {std::size_t(1) << 20, options.maxPixels, options.layer, options.finite});
+    const bool encoded = !raw.linear && !options.linear, eightBit = !raw.bytes.empty(), jpeg = isJpeg(content);
+    const std::vector<std::uint8_t> compressed = jpeg ? clippedBeforeCompression(raw.bytes, raw.width, raw.height, raw.channels) : Bytes();
     const auto value = [&](std::size_t i) {
         if (eightBit) return encoded ? srgbTable()[raw.bytes[i]] : float(raw.bytes[i]) / 255.0f;
         return encoded ? srgbDecode(raw.values[i]) : raw.values[i];
@@ -241,13 +244,13 @@ ReadImage readImage(const std::filesystem::path& file, const ReadOptions& option
         for (std::uint32_t c = 0; c < channels; ++c) {
             const std::size_t i = p * raw.channels + raw.channel(c);
             out.image.values[p * channels + c] = value(i);
-            if (!raw.linear) out.clipped[p * channels + c] = eightBit ? raw.bytes[i] == 255 : raw.values[i] >= 1;
+            if (!raw.linear) out.clipped[p * channels + c] = jpeg ? compressed[i] : eightBit ? raw.bytes[i] == 255 : raw.values[i] >= 1;
         }
         if (!raw.hasAlpha()) continue;
         const std::size_t i = p * raw.channels + raw.channel(3);
         out.alpha[p] = eightBit ? float(raw.bytes[i]) / 255.0f : raw.values[i]; // alpha is never sRGB-encoded
     }
-    return out;
+    return jpeg ? upright(std::move(out), exifOrientation(content)) : out;
 }
 
 } // namespace cmpg

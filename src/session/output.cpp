@@ -53,8 +53,8 @@ void requireWritableFile(const fs::path& file, const char* extension) {
     if (fs::is_directory(file, error))
         refuse(file, "it is a folder", "name a file in it");
     if (extension && lowerCase(file.extension().string()) != extension)
-        throw Error(ErrorKind::Usage, "'" + file.string() + "' is to be a " + std::string(extension + 1) + " file", "",
-                    "end its name in " + std::string(extension));
+        throw Error(ErrorKind::Usage, "'" + file.string() + "' does not end in " + std::string(extension), "that is the format of the result",
+                    "end its name in " + std::string(extension) + (std::strcmp(extension, ".exr") == 0 ? "; 'view' makes a .png of it" : ""));
     const fs::path folder = folderOf(file);
     if (!fs::is_directory(folder, error))
         refuse(file, "there is no folder '" + folder.string() + "'", "make it first");

@@ -2,6 +2,7 @@
 #include "session/targets.h"
 
 #include "base/error.h"
+#include "base/log.h"
 #include "library/states.h"
 #include "scene/file_io.h"
 #include "scene/image.h"
@@ -64,6 +65,28 @@ void requireMasksOf(const Options& options, const Scene& scene, std::span<const 
     }
 }
 
+void requireCamerasNamed(const Options& options, const Scene& scene) {
+    if (options.target.size() <= 1 || scene.cameras.size() <= 1 || !options.camera.empty())
+        return;
+    for (const std::string& text : options.target)
+        if (cameraFileOf(scene, text).camera.empty()) {
+            std::string names;
+            for (const Camera& camera : scene.cameras)
+                names += (names.empty() ? "" : ", ") + camera.name;
+            throw Error(ErrorKind::Usage, "the target " + text + " is of no camera by name, and there are several targets and cameras", "the cameras are " + names,
+                        "give each as CAMERA=FILE", {"target"});
+        }
+}
+
+void warnOfGrey(const v1::Target& target) {
+    const std::vector<float>& values = target.image.values;
+    for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+        if (values[i] != values[i + 1] || values[i] != values[i + 2])
+            return;
+    if (!values.empty())
+        logWarn("the target " + target.name + " is grey: it tells of no colours, and the image is compared with it in each channel");
+}
+
 v1::Target averagedTo(const Options& options, v1::Target target) {
     if (!options.width && !options.height)
         return target;
@@ -75,7 +98,9 @@ v1::Target openTarget(const Options& options, const v1::Scene& scene, const std:
     const CameraFile given = cameraFileOf(host, text);
     if (options.target.size() <= 1) // of several whoever opens them all knows which cameras they have
         requireMasksOf(options, host, std::span(&given.camera, 1));
-    return v1::Target::load(given.file, given.camera, maskOf(options, host, given.camera), options.targetExposure);
+    v1::Target target = v1::Target::load(given.file, given.camera, maskOf(options, host, given.camera), options.targetExposure);
+    warnOfGrey(target);
+    return target;
 }
 
 } // namespace cmpg

@@ -27,10 +27,16 @@ std::filesystem::path maskOf(const Options& options, const Scene& scene, const s
 // Error(Usage) on a mask of a camera that none of `cameras` is, in whose names "" is that of --camera.
 void requireMasksOf(const Options& options, const Scene& scene, std::span<const std::string> cameras);
 
+// Error(Usage) where several targets do not say which camera they are of, of several.
+void requireCamerasNamed(const Options& options, const Scene& scene);
+
+// Warns of a target without colours: each channel of the image is compared with it.
+void warnOfGrey(const v1::Target& target);
+
 // As large as --width and --height ask for: photographs have more pixels than a recovery needs.
 v1::Target averagedTo(const Options& options, v1::Target target);
 
-// Its camera is empty where it is the one of --camera.
+// Its camera is empty where it is the one of --camera. Warns as above.
 v1::Target openTarget(const Options& options, const v1::Scene& scene, const std::string& text);
 
 } // namespace cmpg

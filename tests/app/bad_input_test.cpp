@@ -126,6 +126,7 @@ TEST_F(BadInput, Usage) {
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--mask", "corner=" + good}, 2, "no target of the camera corner"},
         {{"gradient", kBox, "-o", out, "--param", param, "--target", good, "--mask", "corner=" + good}, 2, "no target of the camera corner"},
         {{"compare", kBox, "-o", run, "--param", param, "--target", good, "--mask", "corner=" + good}, 2, "no target of the camera corner"},
+        {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--target", "front=" + good}, 2, "front, corner"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--steps", "0"}, 2, "--steps"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--loss", "l3"}, 2, "l3"},
         {{"optimize", kBox, "-o", run, "--param", param, "--target", good, "--rate", "colour=1"}, 2, "colour"},
@@ -157,7 +158,7 @@ TEST_F(BadInput, Outputs) {
         {{"gradient", kBox, "-o", folder / "file", "--param", "*.baseColor", "--adjoint", good}, 6, "folder"},
         {{"gradient", kBox, "-o", out, "--param", param, "--adjoint", good, "--train", "1", "--save-guide", folder.path()}, 6, "it is a folder"},
         {{"gradient", kBox, "-o", out, "--param", param, "--train", "1", "--save-guide", "/proc/a.guide"}, 6, "/proc/a.guide"},
-        {{"render", kBox, "-o", out, "--train", "1", "--save-guide", folder / "file/a.guide"}, 6, "file/a.guide"},
+        {{"render", kBox, "-o", out, "--train", "1", "--save-guide", folder / "file/a.guide"}, 6, "cannot make the folder"},
         {{"optimize", kBox, "-o", folder / "file", "--param", param, "--target", good}, 6, "folder"},
         {{"optimize", kBox, "-o", "/proc/run", "--param", param, "--target", good}, 6, "/proc/run"},
     });

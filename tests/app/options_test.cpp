@@ -385,6 +385,10 @@ TEST(Options, WhatWasMeantIsSaid) {
              {{"render", "s.gltf", "--sppp=3"}, "render has no option --sppp", "did you mean --spp?"},
              {{"render", "s.gltf", "--steps", "3"}, "render has no option --steps", "see cmpg-vk render --help"}, // optimize has
              {{"s.gltf", "--targte", "x.exr"}, "no option --targte", "did you mean --target?"},
+             {{"render", "s.gltf", "--spp", "3", "--spp", "4"}, "--spp was given 2 times", "see cmpg-vk --help"},
+             {{"view", "a.exr", "--exposure", "much"}, "--exposure does not take 'much'", "see cmpg-vk --help"},
+             {{"view", "a.exr", "--exposure", "--quiet"}, "--exposure lacks its value: --quiet comes next", "see cmpg-vk --help"},
+             {{"render", "s.gltf", "-o"}, "--output lacks its value", "see cmpg-vk --help"},
              {{"--list-devces"}, "there is no option --list-devces", "did you mean --list-devices?"},
              {{"optimize", "s.gltf", "--param", "a", "b", "c"}, "'b' belongs to no option", "--param A --param B"}}) {
         std::string line;

@@ -242,7 +242,7 @@ TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
     std::vector<std::string> arguments = {"optimize", kBox, "--headless", "--quiet", "--param", kPainting, "--set", kPainting + "=0.5", "--max-depth", "1",
                                           "--spp", "2", "--spp-gradient", "2", "--steps", "5", "--warm-up", "5", "-o", folder / "out"};
     for (int view = 0; view < 4; ++view)
-        arguments.insert(arguments.end(), {"--target", folder / "t.exr"});
+        arguments.insert(arguments.end(), {"--target", "front=" + (folder / "t.exr")});
     const auto result = runProgram(arguments);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_NE(result.err.find("all 5 steps are of --warm-up"), std::string::npos) << result.err;
@@ -252,6 +252,18 @@ TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
         if (const auto event = nlohmann::json::parse(line); event.value("text", "").find("no path reached " + kPainting) != std::string::npos)
             told.push_back(event.at("step"));
     EXPECT_EQ(told, std::vector{4});
+}
+
+// A target that is brighter than any surface explains: its exposure is not the scene's. A grey one tells of no colours.
+TEST(ProgramOptimize, SaysWhatTheTargetCannotBe) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "t.exr", Image(32, 24, 3, 20.0f));
+    const auto result = runProgram({"optimize", kBox, "--headless", "--quiet", "--param", "white.baseColor", "--set", "white.baseColor=0.5", "--max-depth", "4", "--target",
+                                    folder / "t.exr", "--steps", "12", "--spp", "4", "-o", folder / "out"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("white.baseColor ended at 1"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("--target-exposure"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("t.exr is grey"), std::string::npos) << result.err;
 }
 
 TEST(ProgramOptimize, InterruptionKeepsEverything) {

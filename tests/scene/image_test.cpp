@@ -1,6 +1,8 @@
 // Images: curve, formats, round trips, equal bytes, limits.
 #include "gltf_writer.h"
+#include "scene/file_io.h"
 #include "scene/image.h"
+#include "scene/jpeg_photo.h"
 #include "test_images.h"
 
 #include <cmath>
@@ -247,6 +249,83 @@ TEST(ImageOutput, UnwritablePathsAreOutputErrors) {
     fs::create_directories(folder / "taken.png");
     EXPECT_EQ(codeOf([&] { writePng(folder / "taken.png", ramp(2, 2, 3)); }), ErrorKind::Output);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2) << "no half-written file is left";
+}
+
+// A segment as cameras write it, in both orders of bytes; the pictures are those of EXIF 2.3, 4.6.4.
+TEST(ReadImage, TurnsPhotographsAsTheySay) {
+    const TempFolder folder;
+    constexpr int kWidth = 32, kHeight = 16; // quadrants: whole blocks of the code
+    std::vector<std::uint8_t> codes;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            codes.push_back(std::uint8_t(40 + 60 * (x / 16) + 100 * (y / 8)));
+    stbi_write_jpg((folder / "a.jpg").c_str(), kWidth, kHeight, 1, codes.data(), 100);
+    const Bytes plain = readFile(folder / "a.jpg");
+    const auto withOrientation = [&](int orientation, bool big) {
+        Bytes tiff{std::uint8_t(big ? 'M' : 'I'), std::uint8_t(big ? 'M' : 'I')};
+        const auto number = [&](std::uint32_t value, int bytes) {
+            for (int i = 0; i < bytes; ++i)
+                tiff.push_back(std::uint8_t(value >> 8 * (big ? bytes - 1 - i : i)));
+        };
+        number(42, 2), number(8, 4), number(2, 2);
+        number(0x0100, 2), number(4, 2), number(1, 4), number(kWidth, 4);                        // some other tag
+        number(0x0112, 2), number(3, 2), number(1, 4), number(std::uint32_t(orientation), 2), number(0, 2); // a short, in four bytes
+        Bytes file = plain;
+        const std::uint8_t head[] = {0xff, 0xe1, 0, std::uint8_t(2 + 6 + tiff.size()), 'E', 'x', 'i', 'f', 0, 0};
+        file.insert(file.begin() + 2, tiff.begin(), tiff.end());
+        file.insert(file.begin() + 2, std::begin(head), std::end(head));
+        return file;
+    };
+    // The corners of what is shown, row by row, by their place in what is stored: 0 1 on top, 2 3 below.
+    const int shown[9][4] = {{}, {0, 1, 2, 3}, {1, 0, 3, 2}, {3, 2, 1, 0}, {2, 3, 0, 1}, {0, 2, 1, 3}, {2, 0, 3, 1}, {3, 1, 2, 0}, {1, 3, 0, 2}};
+    const Image stored = readImage(folder / "a.jpg").image;
+    for (int orientation = 1; orientation <= 8; ++orientation)
+        for (const bool big : {false, true}) {
+            writeFile(folder / "b.jpg", withOrientation(orientation, big));
+            const ReadImage read = readImage(folder / "b.jpg");
+            const Image& image = read.image;
+            ASSERT_EQ(image.width, orientation >= 5 ? kHeight : kWidth) << orientation;
+            ASSERT_EQ(image.height, orientation >= 5 ? kWidth : kHeight) << orientation;
+            EXPECT_EQ(read.clipped.size(), image.values.size());
+            for (int corner = 0; corner < 4; ++corner) {
+                const int from = shown[orientation][corner];
+                EXPECT_EQ(image.at(corner % 2 * (image.width - 1), corner / 2 * (image.height - 1))[0], stored.at(from % 2 * (kWidth - 1), from / 2 * (kHeight - 1))[0])
+                    << orientation << ", corner " << corner;
+            }
+        }
+    for (const int none : {0, 9, 300}) {
+        writeFile(folder / "b.jpg", withOrientation(none, false));
+        EXPECT_EQ(readImage(folder / "b.jpg").image.values, stored.values) << none;
+    }
+    Bytes cut = withOrientation(6, true); // the directory announces more than there is
+    cut[12 + 8 + 1] = 200;
+    EXPECT_EQ(exifOrientation(cut), 6);
+    cut[12 + 8 + 2 + 12 + 1] = 0x13; // and has no such tag
+    EXPECT_EQ(exifOrientation(cut), 1);
+}
+
+// Compression takes what was clipped below the largest code.
+TEST(ReadImage, CompressedHighlightsAreClipped) {
+    const TempFolder folder;
+    constexpr int kEdge = 64;
+    std::vector<std::uint8_t> codes;
+    for (int y = 0; y < kEdge; ++y)
+        for (int x = 0; x < kEdge; ++x)
+            for (int c = 0; c < 3; ++c) // dark stripes in an overexposed lower half
+                codes.push_back(y < 32 ? std::uint8_t(100 + x + c) : (x / 3 + y / 5) % 3 == 0 ? std::uint8_t(60 + 40 * c) : 255);
+    for (const int quality : {75, 90, 97}) {
+        stbi_write_jpg((folder / "a.jpg").c_str(), kEdge, kEdge, 3, codes.data(), quality);
+        const ReadImage read = readImage(folder / "a.jpg");
+        std::size_t clipped = 0, below = 0, missed = 0;
+        for (std::size_t i = 0; i < codes.size(); ++i) {
+            clipped += codes[i] == 255;
+            below += codes[i] == 255 && read.image.values[i] < 1;
+            missed += codes[i] == 255 && !read.clipped[i];
+            ASSERT_TRUE(i >= codes.size() / 2 || !read.clipped[i]) << i; // nothing there is near it
+        }
+        EXPECT_GT(below, clipped / 10) << quality; // the largest code alone would not do
+        EXPECT_LT(missed, clipped / 50) << quality;
+    }
 }
 
 } // namespace

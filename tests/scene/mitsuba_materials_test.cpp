@@ -1,7 +1,11 @@
 // BSDFs and area lights of Mitsuba scenes.
 #include "mitsuba_scene.h"
 #include "scene/image.h"
+#include "scene/parameter_values.h"
+#include "scene/scene_file.h"
 #include "test_images.h"
+
+#include <set>
 
 namespace cmpg::test {
 namespace {
@@ -210,6 +214,31 @@ TEST(Mitsuba, MasksCoverInPart) {
     EXPECT_TRUE(encoded.materials[0].coverage);
     EXPECT_EQ(encoded.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 128})) << "sRGB";
     EXPECT_EQ(raw.alphaTextures[0].alpha, (std::vector<std::uint8_t>{0, 188}));
+}
+
+// Shapes without an id are told apart by their lines, of which two included files have the same.
+TEST(Mitsuba, LampsHaveNamesOfTheirOwn) {
+    const TempFolder folder;
+    const auto lamp = [&](const std::string& name, const std::string& radiance, const std::string& id) {
+        save(folder, "<scene version=\"3.0.0\">\n<shape type=\"rectangle\"><emitter type=\"area\"" + id + "><rgb name=\"radiance\" value=\"" + radiance + "\"/></emitter></shape>\n</scene>\n", name);
+        return "<include filename=\"" + name + "\"/>";
+    };
+    Scene s = loadText(folder, lamp("a.xml", "3, 2, 1", "") + lamp("b.xml", "1, 4, 9", "") + lamp("c.xml", "5, 6, 7", ""));
+    EXPECT_EQ(s.select("*radiance").size(), 3u);
+    std::set<std::string> names;
+    for (const Parameter& p : s.parameters)
+        EXPECT_TRUE(names.insert(p.name).second) << p.name;
+    EXPECT_EQ(s.parameters[s.parameter("shape2.emitter.radiance")].values, (std::vector<float>{3, 2, 1}));
+    const std::uint32_t second = s.parameter("shape2#2.emitter.radiance");
+    EXPECT_EQ(s.parameters[second].values, (std::vector<float>{1, 4, 9}));
+    // What is written of one is not the other's.
+    setValues(s.parameters[second], {7, 8, 9});
+    exportScene(s, {second}, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    std::vector<float> all;
+    for (const std::uint32_t p : again.select("*radiance"))
+        all.insert(all.end(), again.parameters[p].values.begin(), again.parameters[p].values.end());
+    EXPECT_EQ(all, (std::vector<float>{3, 2, 1, 7, 8, 9, 5, 6, 7}));
 }
 
 } // namespace

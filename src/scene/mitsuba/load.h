@@ -13,7 +13,7 @@ struct MitsubaLoad : SceneBuilder {
     const MitsubaDocument& document;
     // What all transforms of the file are followed by: turns the scene so that its environment stands upright.
     glm::dmat4 toScene{1};
-    UniqueNames materialNames, cameraNames;
+    UniqueNames materialNames, emitterNames, cameraNames;
     // Which property of which element each parameter came from, by the parameter's name.
     struct Origin {
         const MitsubaElement* owner;

@@ -359,7 +359,7 @@ std::optional<std::uint32_t> MitsubaMaterials::of(const MitsubaObject* bsdf, con
     }
     if (emitter) {
         const std::string own = material.name;
-        material.name = emitter->id().empty() ? shape : emitter->id();
+        material.name = uniqueName(emitter->id().empty() ? shape : emitter->id(), load_.emitterNames);
         maker.slot(SlotKind::Emission, 3, *emitter, "radiance", glm::vec3(1), emitter->id().empty() ? "emitter.radiance" : "radiance");
         material.name = own;
         emitter->ignore({"sampling_weight"});
