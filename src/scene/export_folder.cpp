@@ -93,18 +93,27 @@ Image imageOf(const Parameter& parameter) {
 
 std::string ExportFolder::add(const std::string& stem, const std::string& extension, std::span<const std::uint8_t> bytes) {
     std::string name = stem + extension;
-    for (int n = 2; !taken_.insert(name).second; ++n)
+    for (int n = 2; !taken_.emplace(name, fs::path()).second; ++n)
         name = stem + "-" + std::to_string(n) + extension;
     writeFile(folder_ / name, bytes);
     return name;
 }
 
-void ExportFolder::copy(const fs::path& source, const fs::path& relative) {
-    taken_.insert(relative.generic_string());
-    const fs::path target = folder_ / relative;
+std::string ExportFolder::copy(const fs::path& source, const fs::path& relative) {
+    std::string name = relative.generic_string();
+    for (int n = 2;; ++n) {
+        const auto [taken, isNew] = taken_.emplace(name, source);
+        if (!isNew && taken->second == source)
+            return name;
+        if (isNew)
+            break;
+        name = (relative.parent_path() / (relative.stem().string() + "-" + std::to_string(n) + relative.extension().string())).generic_string();
+    }
+    const fs::path target = folder_ / name;
     std::error_code error;
     if (!fs::equivalent(source, target, error))
         writeFile(target, readFile(source));
+    return name;
 }
 
 } // namespace cmpg

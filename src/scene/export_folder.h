@@ -6,7 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <set>
+#include <map>
 #include <span>
 #include <string>
 
@@ -16,16 +16,17 @@ namespace cmpg {
 class ExportFolder {
   public:
     // `scene`: the name of the scene's own file.
-    ExportFolder(std::filesystem::path folder, const std::string& scene) : folder_(std::move(folder)), taken_{scene} {}
+    ExportFolder(std::filesystem::path folder, const std::string& scene) : folder_(std::move(folder)), taken_{{scene, {}}} {}
 
     // Writes a file and returns its name, relative to the folder.
     std::string add(const std::string& stem, const std::string& extension, std::span<const std::uint8_t> bytes);
-    void copy(const std::filesystem::path& source, const std::filesystem::path& relative);
+    // Copies a file to this place in the folder, or beside it where another file has the name. Returns where, relative to the folder, with slashes.
+    std::string copy(const std::filesystem::path& source, const std::filesystem::path& relative);
     const std::filesystem::path& path() const { return folder_; }
 
   private:
     std::filesystem::path folder_;
-    std::set<std::string> taken_;
+    std::map<std::string, std::filesystem::path> taken_; // names, and what was copied there; empty: written
 };
 
 // Percent-encodes everything but letters, digits and the characters of `kept`.

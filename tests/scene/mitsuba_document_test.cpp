@@ -1,6 +1,7 @@
 // Scenes in Mitsuba's XML format: names, variables, files, limits, and what is written back.
 #include "base/log.h"
 #include "mitsuba_scene.h"
+#include "scene/parameter_values.h"
 #include "test_images.h"
 
 namespace cmpg::test {
@@ -260,6 +261,26 @@ TEST(Mitsuba, ExportedTexturesKeepTheirPlace) {
     setLogListener({});
     EXPECT_NE(said.find("wall.reflectance"), std::string::npos) << said;
     EXPECT_NE(said.find("wrap_mode_v"), std::string::npos) << said;
+}
+
+// A recovered scene is recovered again: its textures have the names of what is written.
+TEST(MitsubaExport, WhatIsWrittenStaysWhereACopyHasItsName) {
+    const TempFolder folder;
+    fs::create_directories(folder / "textures");
+    savePng(folder / "textures/first.reflectance.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const auto wall = [](const std::string& id) {
+        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
+               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"textures/first.reflectance.png\"/></texture></bsdf></shape>";
+    };
+    Scene s = loadText(folder, wall("first") + wall("second"));
+    const std::uint32_t first = s.parameter("first.reflectance");
+    s.parameters[first].materialise();
+    const std::vector<float> old = cmpg::valuesOf(s.parameters[s.parameter("second.reflectance")]), fresh(6, 1.0f);
+    setValues(s.parameters[first], fresh);
+    exportScene(s, {first}, folder / "out");
+    Scene again = loadScene(folder / "out/scene.xml");
+    EXPECT_EQ(cmpg::valuesOf(again.parameters[again.parameter("first.reflectance")]), fresh);
+    EXPECT_EQ(cmpg::valuesOf(again.parameters[again.parameter("second.reflectance")]), old);
 }
 
 } // namespace

@@ -18,9 +18,7 @@ void copyReference(Json& holder, const JsonView& view, const GltfDocument& sourc
     if (!uri.exists() || isDataUri(uri.string())) return;
     const fs::path file = source.resolve(uri);
     if (!fileExists(file)) return; // nothing that is shown needs it, or the scene would not have loaded
-    const fs::path relative = file.lexically_relative(source.folder());
-    folder.copy(file, relative);
-    holder["uri"] = uriOf(relative.generic_string());
+    holder["uri"] = uriOf(folder.copy(file, file.lexically_relative(source.folder())));
 }
 
 // Primitives without material get one that can be changed; it stands where the loader numbers it.

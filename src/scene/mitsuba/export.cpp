@@ -87,9 +87,7 @@ void Exporter::copyFile(const MitsubaElement& filename, pugi::xml_node written) 
     const ContainedPath path = containedPath(source_.document.folder(), *name);
     if (!path.refusal.empty() || !fileExists(path.file))
         return; // nothing that is shown needs it, or the scene would not have loaded
-    const fs::path relative = path.file.lexically_relative(source_.document.folder());
-    folder_.copy(path.file, relative);
-    written.attribute("value") = relative.generic_string().c_str();
+    written.attribute("value") = folder_.copy(path.file, path.file.lexically_relative(source_.document.folder())).c_str();
 }
 
 // As the property's value; a texture keeps what it is looked up by.
