@@ -124,8 +124,9 @@ class Recovery {
     // Of a renderer with RendererOptions::recoveries, for programs that look on. Its parameters are recovered, from the current values of its scene on. Each step
     // takes over what others have set there, and puts its own values there. Steps draw as the renderer's options say and learn its guide; the renderer's
     // passes between them draw from that. RecoveryOptions::paths and parameters are not read. `from`: goes on after these steps; parameters that were not
-    // among them, have another size now or stepped by another method begin here. A renderer has one recovery at a time: another ends it, and so do Renderer::setSampling, Renderer::forget and new values of
-    // parameters that the renderer was not made for. Error(Usage) on a renderer that was not made for recoveries.
+    // among them, have another size now or stepped by another method begin here. A renderer has one recovery at a time: another ends it, and so do
+    // Renderer::setSampling, Renderer::forget, and new values of parameters that the renderer was not made for, or another size of one that it was.
+    // Error(Usage) on a renderer that was not made for recoveries.
     Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from = {});
     bool ended() const; // its renderer was put to another use: steps, images and checkpoints throw Error(Usage), all else can be asked for
     RecoveryProgress progress() const;
@@ -142,8 +143,10 @@ class Recovery {
     std::vector<RecoveryStep> history() const;
 
     std::vector<ParameterInfo> parameters() const;
-    std::vector<float> values(const std::string& parameter) const;     // current ones; Error(Usage) for what is not recovered
-    std::vector<double> gradient(const std::string& parameter) const;  // of the last step, regulariser and weights of noisy pixels included; zeros before the first
+    // Current ones, and, as `info`, what the parameter is in that moment: new sizes end a recovery. Error(Usage) for what is not recovered.
+    std::vector<float> values(const std::string& parameter, ParameterInfo* info = nullptr) const;
+    // Of the last step, regulariser and weights of noisy pixels included, in the size with which the recovery began; zeros before the first.
+    std::vector<double> gradient(const std::string& parameter) const;
     GradientErrors errors() const; // of the steps so far
     // What all passes since the recovery was made cost and left out, and how directions are drawn now. Of its seconds, those of learning.
     PassReport report() const;

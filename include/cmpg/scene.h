@@ -89,7 +89,7 @@ class Scene {
     // Names of the parameters that a glob selects (* any characters, ? one), in order. Error(Usage) where there is none.
     std::vector<std::string> select(const std::string& glob) const;
 
-    std::vector<float> values(const std::string& name) const; // entries() of them
+    std::vector<float> values(const std::string& name, ParameterInfo* info = nullptr) const; // entries() of them; `info`: what the parameter is in that moment
     // `values`: entries() of them, or one per channel, or one for all. Error(Usage) on another number of values, or values out of range.
     void set(const std::string& name, std::span<const float> values);
 

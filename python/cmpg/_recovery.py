@@ -92,7 +92,7 @@ class Recovery(Iterator[RecoveryStep]):
         guide, and nothing is learned from them.
 
         A renderer has one recovery at a time. Another one ends it, and so do Renderer.set_sampling(), Renderer.forget() and new values of parameters that the
-        renderer does not differentiate.
+        renderer does not differentiate, or another size of one that it does.
 
         Args:
             progress: goes on after the steps of another recovery: its progress(). Parameters that were not among its own begin here.
@@ -192,11 +192,11 @@ class Recovery(Iterator[RecoveryStep]):
         return self._infos[name]
 
     def __getitem__(self, name: str) -> Image:
-        """The current values of a parameter, in its shape: a copy."""
-        return as_image(self._handle.values(self._info(name)))
+        """The current values of a parameter, in the shape that it has now: a copy."""
+        return as_image(self._handle.values(self._info(name).name))
 
     def gradient(self, name: str) -> Image:
-        """Of the last step, regulariser included, in the parameter's shape; zeros before the first."""
+        """Of the last step, regulariser included, in the shape with which the recovery began: another one ends it. Zeros before the first step."""
         return as_image(self._handle.gradient(self._info(name)))
 
     @property

@@ -43,15 +43,18 @@ using Recovery = Held<cmpg::Recovery>;
 using Film = cmpg::Film; // no device has a part of it
 
 // An array that takes over the values.
-template <class T> Array toArray(std::vector<T> values, int height, int width, int channels) {
-    auto* kept = new std::vector<float>(values.begin(), values.end());
-    const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); });
-    return Array(kept->data(), {std::size_t(height), std::size_t(width), std::size_t(channels)}, owner);
-}
-template <> inline Array toArray(std::vector<float> values, int height, int width, int channels) {
+inline Array toArray(std::vector<float> values, int height, int width, int channels) {
+    if (values.size() != std::size_t(height) * std::size_t(width) * std::size_t(channels)) // numpy would read what lies behind them
+        throw cmpg::Error(cmpg::ErrorKind::Usage,
+                          std::to_string(values.size()) + " values do not fill " + std::to_string(height) + " x " + std::to_string(width) + " x " +
+                              std::to_string(channels),
+                          "the parameter was given another size meanwhile", "ask again");
     auto* kept = new std::vector<float>(std::move(values));
     const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); });
     return Array(kept->data(), {std::size_t(height), std::size_t(width), std::size_t(channels)}, owner);
+}
+inline Array toArray(const std::vector<double>& values, int height, int width, int channels) {
+    return toArray(std::vector<float>(values.begin(), values.end()), height, width, channels);
 }
 inline Array toArray(cmpg::Image image) { return toArray(std::move(image.values), image.height, image.width, image.channels); }
 template <class T> Array toArray(std::vector<T> values, const cmpg::ParameterInfo& info) {

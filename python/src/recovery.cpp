@@ -115,9 +115,11 @@ void bindRecovery(nb::module_& m) {
         .def("done", [](const Recovery& self) { return released([&] { return self.library->done(); }); })
         .def("history", [](const Recovery& self) { return released([&] { return self.library->history(); }); })
         .def("report", [](const Recovery& self) { return released([&] { return self.library->report(); }); })
-        .def("parameters", [](const Recovery& self) { return self.library->parameters(); })
-        .def("values", [](const Recovery& self, const cmpg::ParameterInfo& info) {
-            return toArray(released([&] { return self.library->values(info.name); }), info);
+        .def("parameters", [](const Recovery& self) { return released([&] { return self.library->parameters(); }); })
+        .def("values", [](const Recovery& self, const std::string& name) {
+            cmpg::ParameterInfo info;
+            std::vector<float> values = released([&] { return self.library->values(name, &info); });
+            return toArray(std::move(values), info);
         }, "parameter"_a)
         .def("gradient", [](const Recovery& self, const cmpg::ParameterInfo& info) {
             return toArray(released([&] { return self.library->gradient(info.name); }), info);

@@ -110,8 +110,9 @@ void bindScene(nb::module_& m) {
         .def("parameter", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return self.parameter(name); }); }, "name"_a)
         .def("select", &cmpg::Scene::select, "glob"_a)
         .def("values", [](const cmpg::Scene& self, const std::string& name) {
-            const cmpg::ParameterInfo info = released([&] { return self.parameter(name); });
-            return toArray(released([&] { return self.values(name); }), info);
+            cmpg::ParameterInfo info;
+            std::vector<float> values = released([&] { return self.values(name, &info); });
+            return toArray(std::move(values), info);
         }, "name"_a)
         .def("set", [](cmpg::Scene& self, const std::string& name, const Floats& values) {
             released([&] { self.set(name, std::span(values.data(), values.size())); });

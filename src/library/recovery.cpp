@@ -107,22 +107,26 @@ std::uint32_t Recovery::steps() const {
 bool Recovery::done() const { return steps() >= state_->steps; }
 
 std::vector<ParameterInfo> Recovery::parameters() const {
+    const std::lock_guard lock(state_->mutex());
     std::vector<ParameterInfo> infos;
     for (const std::uint32_t p : state_->parameters())
         infos.push_back(describe(state_->scene().parameters[p]));
     return infos;
 }
 
-std::vector<float> Recovery::values(const std::string& parameter) const {
+std::vector<float> Recovery::values(const std::string& parameter, ParameterInfo* info) const {
     const std::lock_guard lock(state_->mutex());
-    return state_->scene().parameters[state_->parameters()[state_->indexOf(parameter)]].values;
+    const cmpg::Parameter& now = state_->scene().parameters[state_->parameters()[state_->indexOf(parameter)]];
+    if (info)
+        *info = describe(now);
+    return now.values;
 }
 
 std::vector<double> Recovery::gradient(const std::string& parameter) const {
     const std::lock_guard lock(state_->mutex());
     const std::size_t index = state_->indexOf(parameter);
     const auto& gradients = state_->run->optimization().gradients();
-    return gradients.empty() ? std::vector<double>(state_->scene().parameters[state_->parameters()[index]].entries()) : gradients[index];
+    return gradients.empty() ? std::vector<double>(state_->initial[index].size()) : gradients[index];
 }
 
 PassReport Recovery::report() const {

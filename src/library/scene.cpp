@@ -140,9 +140,12 @@ std::vector<std::string> Scene::select(const std::string& glob) const {
     return names;
 }
 
-std::vector<float> Scene::values(const std::string& name) const {
+std::vector<float> Scene::values(const std::string& name, ParameterInfo* info) const {
     const std::lock_guard lock(state_->mutex);
-    return valuesOf(state_->scene.parameters[state_->scene.parameter(name)]);
+    const cmpg::Parameter& parameter = state_->scene.parameters[state_->scene.parameter(name)];
+    if (info)
+        *info = describe(parameter);
+    return valuesOf(parameter);
 }
 
 void Scene::set(const std::string& name, std::span<const float> values) {

@@ -38,7 +38,10 @@ TEST(LibraryScene, TexturesTakeOtherSizes) {
     scene.resize(kPainting, 4, 2);
     EXPECT_EQ(scene.parameter(kPainting).width, 4);
     EXPECT_EQ(scene.parameter(kPainting).height, 2);
-    EXPECT_EQ(scene.values(kPainting).size(), 24u);
+    ParameterInfo info;
+    EXPECT_EQ(scene.values(kPainting, &info).size(), 24u);
+    EXPECT_EQ(info.entries(), 24u);
+    EXPECT_EQ(info.name, kPainting);
     const Image coarse = renderer.render(pass); // which was not told of it
     EXPECT_NE(coarse.values, sharp.values);
     EXPECT_EQ(coarse.values, Renderer(device(), scene.copy(), {.paths = {.maxDepth = 2}}).render(pass).values);

@@ -309,6 +309,26 @@ def test_goes_on_where_a_recovery_ended(grey, target, tmp_path):
     assert (grey[PAINTING].values != kept).any()
 
 
+def test_another_size_ends_a_recovery(grey, target):
+    """What it still tells has the shape of its values."""
+    renderer = cmpg.Renderer(grey, PAINTING, max_depth=4, recoveries=True)
+    recovery = cmpg.Recovery.of(renderer, target, steps=3, spp=2, spp_gradient=1)
+    recovery.step()
+    gradient = recovery.gradient(PAINTING)
+    assert gradient.shape == (64, 64, 3) and gradient.any()
+    grey.resize(PAINTING, 4, 2)
+    with pytest.raises(cmpg.UsageError, match="has ended"):
+        recovery.step()
+    assert recovery[PAINTING].shape == (2, 4, 3)
+    np.testing.assert_array_equal(recovery[PAINTING], grey[PAINTING].values)
+    np.testing.assert_array_equal(recovery.gradient(PAINTING), gradient)
+    recovery = cmpg.Recovery.of(renderer, target, steps=3, spp=2, spp_gradient=1)
+    grey.resize(PAINTING, 8, 8)
+    with pytest.raises(cmpg.UsageError, match="has ended"):
+        recovery.step()
+    assert recovery.gradient(PAINTING).shape == (2, 4, 3) and not recovery.gradient(PAINTING).any()
+
+
 def test_targets_of_moved_cameras(grey, target):
     """The target decides where the camera stands."""
     aside = grey.camera("front").look_at((0.2, 0.5, 2), (0, 0, 0))

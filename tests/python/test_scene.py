@@ -1,9 +1,12 @@
 """Scenes, their parameters, images and errors."""
 
+import itertools
 import math
 import os
 import subprocess
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -43,6 +46,40 @@ def test_textures_take_other_sizes(scene):
         scene[PAINTING] = np.zeros((64, 64, 3), np.float32)
     with pytest.raises(cmpg.UsageError, match="normal map"):
         scene.resize("painting.normal", 4, 4)
+
+
+def test_values_and_their_shape_are_of_one_moment(scene):
+    """While another thread gives them other sizes: each time all of one value, which others around them in memory do not have."""
+    end = time.monotonic() + 1
+    mixed = []
+
+    def read():
+        while time.monotonic() < end:
+            values = scene[PAINTING].values
+            if abs(values[0, 0, 0] - values[-1, -1, -1]) > 1e-4:
+                mixed.append(values.shape)
+
+    def compute():  # so that the interpreter changes threads between any two calls
+        while time.monotonic() < end:
+            pass
+
+    scene[PAINTING] = 0
+    threads = [threading.Thread(target=work) for work in (read, read, read, read, compute)]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        for thread in threads:
+            thread.start()
+        values = itertools.cycle(np.linspace(0, 1, 1000))
+        while time.monotonic() < end:
+            for edge in (4, 64):
+                scene.resize(PAINTING, edge, edge)
+                scene[PAINTING] = next(values)
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert not mixed
 
 
 def test_describes_its_parameters(scene):
