@@ -48,6 +48,13 @@ def test_textures_take_other_sizes(scene):
         scene.resize("painting.normal", 4, 4)
 
 
+def test_the_size_that_a_texture_has_changes_nothing(scene):
+    renderer = cmpg.Renderer(scene, PAINTING, max_depth=2)
+    before = renderer.render(width=16, spp=2)
+    scene.resize(PAINTING, 64, 64)
+    np.testing.assert_array_equal(renderer.render(width=16, spp=2), before)
+
+
 def test_values_and_their_shape_are_of_one_moment(scene):
     """While another thread gives them other sizes: each time all of one value, which others around them in memory do not have."""
     end = time.monotonic() + 1
