@@ -337,4 +337,7 @@ def target_of(image: Any, camera: str, mask: Any, exposure: float, stream: bool 
         raise UsageError("a target of whole numbers holds the codes of a picture, not light", "", "give the file, cmpg.load_image(file), or linear floats")
     if isinstance(mask, (str, os.PathLike)):
         mask = load_image(mask).mean(axis=2)
-    return _cmpg.Target(floats(image) * np.float32(2.0**exposure), camera, None if mask is None else floats(mask))
+    pixels, weights = floats(image), None if mask is None else floats(mask)
+    if weights is not None and weights.shape not in (pixels.shape[:2], (*pixels.shape[:2], 1)):
+        raise UsageError(f"the mask has the shape {weights.shape}, not {pixels.shape[:2]}", "", "give one weight per pixel of the target", ["mask"])
+    return _cmpg.Target(pixels * np.float32(2.0**exposure), camera, weights)

@@ -67,6 +67,17 @@ def test_takes_a_mask_for_each_camera(grey, target):
         loss({"side": some})
 
 
+def test_masks_have_the_shape_of_their_target(grey):
+    image, weights = np.ones((8, 16, 3)), np.ones((8, 16))
+    value, _ = cmpg.loss_of(image, image / 2, mask=weights)
+    assert cmpg.loss_of(image, image / 2, mask=weights[:, :, None])[0] == value
+    for wrong in (weights.T, weights.ravel(), np.ones((8, 16, 3)), weights[:4]):
+        for refuse in (lambda: cmpg.loss_of(image, image, mask=wrong), lambda: cmpg.Recovery(grey, image, PAINTING, mask=wrong)):
+            with pytest.raises(cmpg.UsageError, match=r"the mask has the shape .*, not \(8, 16\)") as caught:
+                refuse()
+            assert caught.value.options == ["mask"]
+
+
 def test_reads_files_when_steps_see_them(grey, target, tmp_path, monkeypatch):
     target.save(tmp_path / "target.exr")
     held = cmpg.Recovery(grey, tmp_path / "target.exr", PAINTING, max_depth=4)
