@@ -21,7 +21,7 @@ namespace cmpg::v1 {
 
 struct CameraInfo {
     std::string name = {};
-    std::optional<float> aspect = {}; // width / height, where the file says
+    std::optional<float> aspect = {}; // width / height where nothing else is asked for, above 0; none: as the file says, if it does
     // From the camera to the world, column by column: the directions to its right, above it and behind it, then its place. It looks against the third.
     std::array<float, 16> toWorld = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     bool orthographic = false;
@@ -80,8 +80,8 @@ class Scene {
     // unknown camera.
     std::pair<int, int> imageSize(const std::string& camera = {}, int width = 0, int height = 0) const;
     SceneBox box() const;
-    // The surface at a place of a picture of width x height pixels; (0,0) is the top left corner of the top left pixel. None where there is no surface.
-    // Of the camera's name: see PassOptions::from. Tries every triangle, on the host: some milliseconds for a million.
+    // The surface at a place of a picture of width x height pixels, 0 as in imageSize(); (0,0) is the top left corner of the top left pixel. None where there is
+    // no surface. Of the camera's name: see PassOptions::from. Tries every triangle, on the host: some milliseconds for a million.
     std::optional<SurfacePoint> pick(const CameraInfo& camera, int width, int height, float x, float y) const;
 
     std::vector<ParameterInfo> parameters() const;

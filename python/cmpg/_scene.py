@@ -129,7 +129,7 @@ class Camera:
         orthographic: whether rays are parallel.
         yfov: of a perspective camera: the angle of the picture's height in radians, above 0 and below pi.
         ymag: of an orthographic camera: half the picture's height in the scene's units, above 0.
-        aspect: width / height of the picture where nothing else is asked for; None where the file does not say.
+        aspect: width / height of the picture where nothing else is asked for, above 0; None: as the file says, if it does.
     """
 
     name: str
@@ -159,7 +159,8 @@ class Camera:
 
     def _info(self) -> _cmpg.CameraInfo:
         columns = np.asarray(self.to_world, dtype=np.float32).T
-        return _cmpg.CameraInfo(self.name, columns.ravel().tolist(), bool(self.orthographic), float(self.yfov), float(self.ymag))
+        aspect = None if self.aspect is None else float(self.aspect)
+        return _cmpg.CameraInfo(self.name, columns.ravel().tolist(), bool(self.orthographic), float(self.yfov), float(self.ymag), aspect)
 
 
 def view_of(camera: str | Camera) -> tuple[str, _cmpg.CameraInfo | None]:

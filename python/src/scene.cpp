@@ -4,11 +4,6 @@
 
 namespace {
 
-bool isOf(const cmpg::Scene& scene, const std::string& camera) {
-    const std::vector<cmpg::CameraInfo> cameras = scene.cameras();
-    return std::any_of(cameras.begin(), cameras.end(), [&](const cmpg::CameraInfo& c) { return c.name == camera; });
-}
-
 // The first where `name` is empty.
 cmpg::CameraInfo cameraOf(const cmpg::Scene& scene, const std::string& name) {
     scene.imageSize(name); // throws where there is no such camera
@@ -19,12 +14,13 @@ cmpg::CameraInfo cameraOf(const cmpg::Scene& scene, const std::string& name) {
 
 void bindCamera(nb::module_& m) {
     nb::class_<cmpg::CameraInfo>(m, "CameraInfo")
-        .def("__init__", [](cmpg::CameraInfo* self, const std::string& name, const std::vector<float>& columns, bool orthographic, float yfov, float ymag) {
+        .def("__init__", [](cmpg::CameraInfo* self, const std::string& name, const std::vector<float>& columns, bool orthographic, float yfov, float ymag,
+                            const std::optional<float>& aspect) {
             if (columns.size() != 16)
                 throw cmpg::Error(cmpg::ErrorKind::Usage, "the pose of a camera is a matrix of (4, 4)", {}, "give camera to world", {"camera"});
-            new (self) cmpg::CameraInfo{.name = name, .orthographic = orthographic, .yfov = yfov, .ymag = ymag};
+            new (self) cmpg::CameraInfo{.name = name, .aspect = aspect, .orthographic = orthographic, .yfov = yfov, .ymag = ymag};
             std::copy(columns.begin(), columns.end(), self->toWorld.begin());
-        }, "name"_a, "columns"_a, "orthographic"_a, "yfov"_a, "ymag"_a)
+        }, "name"_a, "columns"_a, "orthographic"_a, "yfov"_a, "ymag"_a, "aspect"_a.none())
         .def_ro("name", &cmpg::CameraInfo::name)
         .def_ro("aspect", &cmpg::CameraInfo::aspect)
         .def_prop_ro("columns", [](const cmpg::CameraInfo& self) { return std::vector<float>(self.toWorld.begin(), self.toWorld.end()); })
@@ -97,11 +93,7 @@ void bindScene(nb::module_& m) {
         .def("camera", [](const cmpg::Scene& self, const std::string& name) { return released([&] { return cameraOf(self, name); }); }, "name"_a)
         .def("pick", [](const cmpg::Scene& self, float x, float y, const std::string& camera, const std::optional<cmpg::CameraInfo>& moved, int width,
                         int height) -> nb::object {
-            const std::optional<cmpg::SurfacePoint> point = released([&] {
-                const cmpg::CameraInfo from = moved ? *moved : cameraOf(self, camera);
-                const auto [w, h] = self.imageSize(isOf(self, from.name) ? from.name : "", width, height);
-                return self.pick(from, w, h, x, y);
-            });
+            const std::optional<cmpg::SurfacePoint> point = released([&] { return self.pick(moved ? *moved : cameraOf(self, camera), width, height, x, y); });
             if (!point)
                 return nb::none();
             return nb::make_tuple(toTuple(point->position), toTuple(point->normal), point->distance, point->material);

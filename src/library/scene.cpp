@@ -35,8 +35,24 @@ Camera movedCamera(const cmpg::Scene& scene, const CameraInfo& to) {
     camera.orthographic = to.orthographic;
     camera.yfov = to.yfov;
     camera.ymag = to.ymag;
+    if (to.aspect && to.aspect != camera.aspect) {
+        require(*to.aspect > 0 && std::isfinite(*to.aspect), "camera", "one with an aspect ratio above 0");
+        camera.aspect = to.aspect;
+        camera.size.reset(); // the file's, which has its aspect
+    }
     return camera;
 }
+
+namespace {
+
+std::pair<int, int> sizeOf(const Camera& camera, int width, int height) {
+    require(width >= 0 && width <= kMostEdge, "width", "from 1 to 32768, or 0");
+    require(height >= 0 && height <= kMostEdge, "height", "from 1 to 32768, or 0");
+    const auto given = [](int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; };
+    return cmpg::imageSize(camera, given(width), given(height), 512);
+}
+
+} // namespace
 
 cmpg::Scene copyOf(Scene::State& state, std::span<const std::string> globs, std::vector<std::uint32_t>& parameters,
                    std::vector<std::uint64_t>& revisions) {
@@ -88,10 +104,7 @@ std::vector<CameraInfo> Scene::cameras() const {
 }
 
 std::pair<int, int> Scene::imageSize(const std::string& camera, int width, int height) const {
-    require(width >= 0 && width <= kMostEdge, "width", "from 1 to 32768, or 0");
-    require(height >= 0 && height <= kMostEdge, "height", "from 1 to 32768, or 0");
-    const auto given = [](int edge) { return edge > 0 ? std::optional(std::uint32_t(edge)) : std::nullopt; };
-    return cmpg::imageSize(state_->scene.camera(camera), given(width), given(height), 512);
+    return sizeOf(state_->scene.camera(camera), width, height);
 }
 
 SceneBox Scene::box() const {
@@ -110,10 +123,10 @@ SceneBox Scene::box() const {
 }
 
 std::optional<SurfacePoint> Scene::pick(const CameraInfo& camera, int width, int height, float x, float y) const {
-    require(width >= 1 && width <= kMostEdge, "width", "from 1 to 32768");
-    require(height >= 1 && height <= kMostEdge, "height", "from 1 to 32768");
     const cmpg::Scene& scene = state_->scene; // what is read here never changes
-    const std::optional<SurfaceHit> hit = castRay(scene, CameraRays(movedCamera(scene, camera), width, height).at(x, y));
+    const Camera moved = movedCamera(scene, camera);
+    const auto [w, h] = sizeOf(moved, width, height);
+    const std::optional<SurfaceHit> hit = castRay(scene, CameraRays(moved, w, h).at(x, y));
     if (!hit)
         return {};
     const glm::vec3 &p = hit->position, &n = hit->normal;

@@ -14,7 +14,7 @@ std::pair<int, int> imageSize(const Camera& camera, std::optional<std::uint32_t>
         width = camera.size->x;
         height = camera.size->y;
     }
-    const auto edge = [](double length) { return int(std::clamp(std::lround(length), 1l, 32768l)); };
+    const auto edge = [](double length) { return int(std::lround(std::clamp(length, 1.0, 32768.0))); };
     std::pair<int, int> size;
     if (width || !height) {
         size.first = int(width.value_or(std::uint32_t(defaultWidth)));

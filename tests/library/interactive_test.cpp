@@ -88,6 +88,14 @@ TEST(LibraryCamera, SeesFromElsewhereAndPicksWhatItSees) {
     EXPECT_GT(near, 32 * 24 * 4 / 5); // all but those at edges
     camera.toWorld[12] += 0.05f;
     EXPECT_NE(renderer.render({.from = camera, .width = 32, .height = 24, .spp = 64}).values, image.values);
+    CameraInfo wide = camera;
+    wide.aspect = 2;
+    EXPECT_EQ(renderer.render({.from = wide, .width = 32, .spp = 1}).height, 16);
+    EXPECT_EQ(scene.pick(wide, 32, 0, 16.5f, 8.5f)->position, scene.pick(camera, 32, 16, 16.5f, 8.5f)->position);
+    for (const float aspect : {0.f, -1.f, NAN, INFINITY}) {
+        wide.aspect = aspect;
+        EXPECT_EQ(errorOf([&] { renderer.render({.from = wide, .width = 8}); }).options, std::vector<std::string>{"camera"});
+    }
     camera.toWorld[12] = NAN;
     EXPECT_EQ(errorOf([&] { renderer.render({.from = camera, .width = 8}); }).kind, ErrorKind::Usage);
     const SceneBox box = scene.box();

@@ -114,6 +114,34 @@ def test_cameras_are_moved(scene):
             front.look_at(place, (0, 0, 0), up=up)
 
 
+def test_cameras_of_another_shape(scene):
+    """Where only one edge is asked for, the other follows from it: of passes and of picks."""
+    renderer = cmpg.Renderer(scene, max_depth=2)
+    front = scene.camera("front")
+    wide = dataclasses.replace(front, aspect=2.0)
+    assert renderer.render(camera=front, width=32, spp=1).shape == (32, 32, 3)
+    assert renderer.render(camera=dataclasses.replace(front, aspect=None), width=32, spp=1).shape == (32, 32, 3)
+    assert renderer.render(camera=wide.look_at((0.4, 0.6, 2.5), (0, 0.5, 0)), width=32, spp=1).shape == (16, 32, 3)
+    assert renderer.render(camera=wide, height=8, spp=1).shape == (8, 16, 3)
+    np.testing.assert_array_equal(renderer.render(camera=wide, width=32, spp=1), renderer.render(camera=front, width=32, height=16, spp=1))
+    assert scene.pick(16, 8, camera=wide, width=32) == scene.pick(16, 8, camera="front", width=32, height=16)
+    for wrong in (0, -1, float("nan"), float("inf")):
+        for refuse in (lambda camera: renderer.render(camera=camera, width=32), lambda camera: scene.pick(1, 1, camera=camera)):
+            with pytest.raises(cmpg.UsageError, match="aspect ratio above 0"):
+                refuse(dataclasses.replace(front, aspect=wrong))
+
+
+def test_cameras_of_a_film_take_another_shape(tmp_path):
+    """What a file says in pixels holds as long as the shape is its own."""
+    file = tmp_path / "scene.xml"
+    file.write_text('<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="30"/><integer name="height" value="20"/>'
+                    '</film></sensor><shape type="sphere"/><emitter type="constant"/></scene>')
+    scene = cmpg.Scene(file)
+    renderer = cmpg.Renderer(scene)
+    assert renderer.render(camera=scene.camera(), spp=1).shape == (20, 30, 3)
+    assert renderer.render(camera=dataclasses.replace(scene.camera(), aspect=2), width=30, spp=1).shape == (15, 30, 3)
+
+
 def test_moved_cameras_see_their_middle(scene):
     """Where a camera looks, it picks."""
     seen = scene.pick(12, 12, camera="front", width=24, height=24)
