@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -168,6 +169,18 @@ def view_of(camera: str | Camera) -> tuple[str, _cmpg.CameraInfo | None]:
     return ("", camera._info()) if isinstance(camera, Camera) else (camera, None)
 
 
+def _given_options(environment: Path | None, rotation: float, define: Mapping[str, str], filter: str | None) -> dict[str, Any]:
+    """What a scene was given beside its file, as options of a run.json."""
+    options: dict[str, Any] = {}
+    if environment:
+        options |= {"environment": os.fspath(environment), "environment-rotation": float(rotation)}
+    if define:
+        options["define"] = [f"{name}={value}" for name, value in define.items()]
+    if filter is not None:
+        options["filter"] = filter
+    return options
+
+
 class SurfacePoint(NamedTuple):
     """What a camera sees first at a place of an image. Lengths are in the scene's units."""
 
@@ -199,10 +212,12 @@ class Scene:
 
     def __init__(self, file: Path, *, environment: Path | None = None, environment_rotation: float = 0,
                  define: Mapping[str, object] | None = None, filter: str | None = None) -> None:
-        self._handle = _cmpg.Scene(file, environment or "", environment_rotation, {k: str(v) for k, v in (define or {}).items()},
-                                    filter)
+        definitions = {name: str(value) for name, value in (define or {}).items()}
+        self._handle = _cmpg.Scene(file, environment or "", environment_rotation, definitions, filter)
         self._revision = 0
+        self._given = _given_options(environment, environment_rotation, definitions, filter)
         self._changed: set[str] = set()  # names of what was set
+        self._resized: set[str] = set()  # and of what has another size than in the file
         self._device: Device | None = None
         self._renderers: dict[Any, Any] = {}  # of cmpg.torch
 
@@ -211,7 +226,9 @@ class Scene:
         other = Scene.__new__(Scene)
         other._handle = self._handle.copy()
         other._revision = 0
+        other._given = self._given
         other._changed = set(self._changed)
+        other._resized = set(self._resized)
         other._device = self._device
         other._renderers = {}
         return other
@@ -302,6 +319,7 @@ class Scene:
                 one colour.
         """
         self._handle.resize(name, width, height)
+        self._resized.add(name)
         self._note([name])
 
     def export(self, folder: Path) -> None:

@@ -41,16 +41,28 @@ class _Run:
     def __init__(self, command: str, scene: Scene | Path, param: Names, folder: pathlib.Path, options: Mapping[str, Any]) -> None:
         self.folder = folder
         self.files = 0
-        changed: dict[str, Image] = {}
+        source = scene.source if isinstance(scene, Scene) else os.fspath(scene)
+        self.config: dict[str, Any] = {"command": command, "input": source, "param": names_of(param)}
+        given = {name.replace("_", "-"): value for name, value in options.items() if value is not None}
         if isinstance(scene, Scene):
-            changed = {name: scene[name].values for name in sorted(scene._changed)}
-            scene = scene.source
-        self.config: dict[str, Any] = {"command": command, "input": os.fspath(scene), "param": names_of(param)}
-        for name, value in options.items():
-            if value is not None:
-                self.config[name.replace("_", "-")] = value
+            own = self.of(scene)
+            if "environment" in given:
+                own.pop("environment-rotation", None)  # of the picture that is replaced
+            for name in ("define", "texture", "set"):  # those of `options` hold where both name the same
+                if name in own:
+                    given[name] = own[name] + names_of(given.get(name, []))
+            given = own | given
+        self.config |= given
+
+    def of(self, scene: Scene) -> dict[str, Any]:
+        """What makes a scene of its file."""
+        own = dict(scene._given)
+        changed = {name: scene[name].values for name in sorted(scene._changed)}
+        if scene._resized:
+            own["texture"] = [f"{name}={changed[name].shape[1]}x{changed[name].shape[0]}" for name in sorted(scene._resized)]
         if changed:
-            self.config["set"] = [f"{name}={self.file(values)}" for name, values in changed.items()] + list(self.config.get("set", []))
+            own["set"] = [f"{name}={self.file(values)}" for name, values in changed.items()]
+        return own
 
     def file(self, image: Any) -> str:
         """An image as a file: written, if it is none yet."""
@@ -112,7 +124,7 @@ def compare(scene: Scene | Path, param: Names, *, methods: str | Sequence[str] =
     """Methods of sampling side by side, at equal samples or in equal time: their variance, bias and efficiency.
 
     Args:
-        scene: a file, or a Scene: with the values that were set.
+        scene: a file, or a Scene: as it was made, with the sizes and values that were set.
         param: names or globs of what is differentiated or recovered.
         methods: names as of the command line: "plain", "primal", "differential", "uniform", "conditional", "ours", each with parts, as in
             "conditional+pixels+roulette".

@@ -60,6 +60,40 @@ def test_values_that_were_set_are_compared(tmp_path):
     assert (tmp_path / "report/report.html").exists() and whole["files"]["report"].endswith("report.html")
 
 
+def test_scenes_are_compared_as_they_were_made(tmp_path):
+    """A copy as well: with surroundings, filter and the sizes of its textures."""
+    given = cmpg.Scene(BOX, environment=BOX.parent.parent / "environment/sky.exr", environment_rotation=90, filter="gaussian:0.7")
+    given.resize(PAINTING, 8, 4)
+    given[PAINTING] = [0.2, 0.4, 0.6]
+    scene = given.copy()
+    options = {**SMALL, "methods": "plain", "mode": "forward", "reference_time": 0.1}
+    found = cmpg.lab.compare(scene, PAINTING, output=tmp_path / "report", **options)
+    told = json.loads((tmp_path / "report/run.json").read_text())
+    assert told["environment"].endswith("environment/sky.exr") and told["environment-rotation"] == 90 and told["filter"] == "gaussian:0.7"
+    assert told["texture"] == [f"{PAINTING}=8x4"]
+    mean = cmpg.Renderer(scene, PAINTING, max_depth=3).forward({PAINTING: 1}, width=24, spp=64).mean()
+    assert found["images"]["forward"]["plain"].mean() == pytest.approx(mean, rel=0.1)
+    dark = cmpg.lab.compare(scene, PAINTING, output=tmp_path / "dark", environment=BOX.parent.parent / "environment/sky.exr", filter="box", **options)
+    told = json.loads((tmp_path / "dark/run.json").read_text())
+    assert told["filter"] == "box" and told.get("environment-rotation", 0) == 0  # options come before what the scene has
+    assert dark["table"][0]["passes"] == 4
+
+
+def test_variables_of_a_scene_are_compared(tmp_path):
+    file = tmp_path / "scene.xml"
+    file.write_text('<scene version="3.0.0"><default name="grey" value="0.5"/><default name="light" value="1"/><shape type="sphere"><bsdf type="diffuse" id="ball">'
+                    '<float name="reflectance" value="$grey"/></bsdf><transform name="to_world"><translate z="3"/></transform></shape>'
+                    '<emitter type="constant"><float name="radiance" value="$light"/></emitter><sensor type="perspective"/></scene>')
+    scene = cmpg.Scene(file, define={"light": 2, "grey": 0.25})
+    options = {**SMALL, "methods": "plain", "mode": "forward", "reference_time": 0.1}
+    image = cmpg.lab.compare(scene, "ball.reflectance", **options)["images"]["forward"]["plain"]
+    twice = cmpg.lab.compare(scene, "ball.reflectance", define=["light=4"], **options)["images"]["forward"]["plain"]
+    once = cmpg.lab.compare(file, "ball.reflectance", **options)["images"]["forward"]["plain"]
+    assert image.any()
+    np.testing.assert_allclose(image, 2 * once, rtol=1e-4)
+    np.testing.assert_allclose(twice, 2 * image, rtol=1e-4)
+
+
 def test_recoveries_are_compared(tmp_path):
     scene = cmpg.Scene(BOX)
     target = cmpg.Renderer(scene, max_depth=3).render(width=24, spp=16)
