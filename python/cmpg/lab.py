@@ -11,6 +11,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import Image, Names, Path, load_image, names_of
-from ._errors import UsageError
+from ._errors import Error, UsageError
 from ._scene import Scene
 
 try:
@@ -43,7 +44,7 @@ class _Run:
         self.files = 0
         source = scene.source if isinstance(scene, Scene) else os.fspath(scene)
         self.config: dict[str, Any] = {"command": command, "input": source, "param": names_of(param)}
-        given = {name.replace("_", "-"): value for name, value in options.items() if value is not None}
+        given = {name.replace("_", "-"): _plain(name, value) for name, value in options.items() if value is not None}
         if isinstance(scene, Scene):
             own = self.of(scene)
             if "environment" in given:
@@ -80,15 +81,36 @@ class _Run:
         if adjoint is not None:
             self.config["adjoint"] = self.file(adjoint)
         if direction is not None:
-            self.config["direction"] = direction if direction in ("one", "self") else self.file(direction)
+            self.config["direction"] = self.file(direction)  # "one" and "self" stay what they are
 
     def measure(self, output: Path | None, progress: Progress | None) -> dict[str, Any]:
         folder = pathlib.Path(output) if output is not None else self.folder / "report"
-        report = json.loads(_lab.measure(json.dumps(self.config), str(folder), progress))
+        try:
+            report = json.loads(_lab.measure(json.dumps(self.config), str(folder), progress))
+        except Error as error:
+            raise type(error)(_named(error.what), _named(error.cause), _named(error.remedy), error.options) from None
         result = {"table": report["table"], "columns": _columns(report["table"]), "device": report["device"], "seconds": report["seconds"]}
         result["files"] = dict(report["outputs"]) if output is not None else {}
         result["_outputs"] = report["outputs"]
         return result
+
+
+def _plain(name: str, value: Any) -> Any:
+    """The value of an option as JSON has it."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (list, tuple)):
+        return [_plain(name, each) for each in value]
+    if not isinstance(value, (str, int, float)):
+        raise UsageError(f"{name} is a {type(value).__name__}", "", "give a number, a text or a file", [name])
+    return value
+
+
+def _named(text: str) -> str:
+    """A message of the command line with options as they are called here."""
+    return re.sub(r"(?<![^\s(])--([a-z]+(?:-[a-z]+)*)", lambda option: option[1].replace("-", "_"), text)
 
 
 def _columns(table: list[dict[str, Any]]) -> dict[str, npt.NDArray[Any]]:

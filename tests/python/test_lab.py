@@ -94,6 +94,15 @@ def test_variables_of_a_scene_are_compared(tmp_path):
     np.testing.assert_allclose(twice, 2 * image, rtol=1e-4)
 
 
+def test_directions_may_be_arrays():
+    options = {**SMALL, "methods": "plain", "mode": "forward", "reference_time": 0.1}
+    left, right = np.zeros((64, 64, 3), np.float32), np.zeros((64, 64, 3), np.float32)
+    left[:, :32], right[:, 32:] = 1, 1
+    images = [cmpg.lab.compare(BOX, PAINTING, direction=along, **options)["images"]["forward"]["plain"] for along in (left, right, "one")]
+    assert images[0].any() and images[1].any()
+    np.testing.assert_allclose(images[0] + images[1], images[2], rtol=1e-4, atol=1e-6)
+
+
 def test_recoveries_are_compared(tmp_path):
     scene = cmpg.Scene(BOX)
     target = cmpg.Renderer(scene, max_depth=3).render(width=24, spp=16)
@@ -123,6 +132,24 @@ def test_what_makes_no_sense_is_refused(tmp_path):
         cmpg.lab.compare(BOX, "nothing.baseColor", mode="forward", output=tmp_path / "out")
     with pytest.raises(cmpg.InputError):
         cmpg.lab.compare("nowhere.gltf", PAINTING, mode="forward")
+    with pytest.raises(cmpg.UsageError, match="mask is a ndarray"):
+        cmpg.lab.compare(BOX, PAINTING, mask=np.ones((4, 4)))
+
+
+@pytest.mark.parametrize(
+    "options, named",
+    [
+        ({"seeds": 2}, "seeds must be at least 4"),
+        ({"spp_gradient": 0}, "spp_gradient must be from 1"),
+        ({"methods": "fastest"}, "methods: there is no method"),
+        ({"mode": "reverse"}, "mode reverse needs target or adjoint"),
+        ({"direction": np.ones((4, 4, 3), np.float32)}, "give the parameter that size \\(texture\\)"),
+    ],
+)
+def test_messages_name_arguments(options, named):
+    with pytest.raises(cmpg.Error, match=named) as caught:
+        cmpg.lab.compare(BOX, PAINTING, **{"mode": "forward", "width": 16, **options})
+    assert "--" not in str(caught.value)
 
 
 def test_interrupt_ends_a_measurement():
