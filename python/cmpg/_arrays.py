@@ -36,14 +36,21 @@ def floats(values: Any) -> npt.NDArray[np.float32]:
     return np.ascontiguousarray(array, dtype=np.float32)
 
 
+#: the most that the library has room for, of arguments that are whole numbers
+_MOST = (dict.fromkeys(["width", "height", "edge"], 2**31 - 1)
+         | dict.fromkeys(["spp", "spp_gradient", "spp_difference", "train", "train_spp", "batches", "max_depth", "steps", "views_per_step", "warm_up", "freeze",
+                          "cell"], 2**32 - 1)
+         | dict.fromkeys(["seed", "memory", "guide_memory", "target"], 2**64 - 1))
+
+
 def made(kind: Callable[..., Any], **options: Any) -> Any:
-    """What `kind` makes of options. Numbers below 0 are refused by name where none is meant."""
+    """What `kind` makes of options. What is no whole number, or too large a one, is refused by name where one is meant."""
     try:
         return kind(**options)
     except TypeError:
         for name, value in options.items():
-            if isinstance(value, (int, np.integer)) and value < 0:
-                raise UsageError(f"{name} is {value}", "it is a count, which has no sign", "give a number that is not negative", [name]) from None
+            if name in _MOST and not (isinstance(value, (int, np.integer)) and 0 <= value <= _MOST[name]):
+                raise UsageError(f"{name} is {value}", "", f"give a whole number from 0 to {_MOST[name]}", [name]) from None
         raise
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, Path, as_image
+from ._arrays import Image, Path, as_image, made
 
 
 class GuidePoint:
@@ -46,7 +46,7 @@ class GuidePoint:
         Raises:
             UsageError: another number of weights, or another edge.
         """
-        return as_image(self._handle.density(list(self.weights if mixture is None else mixture), edge))
+        return as_image(made(self._handle.density, mixture=list(self.weights if mixture is None else mixture), edge=edge))
 
     def __repr__(self) -> str:
         return f"<cmpg.GuidePoint cell {self.cell} of {self.cells}, {self.guide_share:.0%} of directions>"
@@ -89,7 +89,7 @@ class Guide:
         Raises:
             UsageError: there is no such cell, another number of weights, or another edge.
         """
-        return as_image(self._handle.density(cell, list(mixture), edge))
+        return as_image(made(self._handle.density, cell=cell, mixture=list(mixture), edge=edge))
 
     @property
     def fault(self) -> str:

@@ -135,7 +135,7 @@ class Recovery(Iterator[RecoveryStep]):
         Raises:
             UsageError: one of them is out of range.
         """
-        self._handle.set_samples(spp, spp_gradient)
+        made(self._handle.set_samples, spp=spp, spp_gradient=spp_gradient)
 
     def set_rate_factor(self, factor: float) -> None:
         """A factor on all rates of the steps to come, from 0 to 1e6, beside the schedule.
@@ -211,7 +211,7 @@ class Recovery(Iterator[RecoveryStep]):
 
     def image(self, target: int = 0, spp: int = 64, initial: bool = False) -> Image:
         """What the camera of a target (by its number) sees at the current values, or at those where the recovery began, (height, width, 3)."""
-        return as_image(self._handle.image(target, spp, initial))
+        return as_image(made(self._handle.image, target=target, spp=spp, initial=initial))
 
     def image_into(self, film: Film, target: int = 0, spp: int = 64) -> PassReport:
         """Adds `spp` samples per pixel of that image, at the current values, to a film of the target's size. Returns what the pass did.
@@ -219,11 +219,11 @@ class Recovery(Iterator[RecoveryStep]):
         Raises:
             UsageError: there is no such target, the film has another size, or the recovery has ended.
         """
-        return self._handle.image_into(film._handle, target, spp)
+        return made(self._handle.image_into, film=film._handle, target=target, spp=spp)
 
     def target(self, target: int = 0) -> Image:
         """What steps compare with: the image that was given, (height, width, 3)."""
-        return as_image(self._handle.target(target))
+        return as_image(made(self._handle.target, target=target))
 
     @property
     def errors(self) -> dict[str, Any]:
@@ -321,7 +321,7 @@ def targets_of(target: Any, mask: Any, exposure: float, width: int, height: int)
         held = sum(known.nbytes for known in targets)
         name, moved = view_of(camera)
         whole = target_of(image, name, masks.get(camera), exposure, held >= MOST_TARGET_BYTES)
-        targets.append(whole.averaged(width, height) if width or height else whole)
+        targets.append(made(whole.averaged, width=width, height=height) if width or height else whole)
         if moved is not None:
             targets[-1].move(moved)
     return targets

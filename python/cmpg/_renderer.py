@@ -257,7 +257,7 @@ class Renderer:
             stand out) and "probability" (of so large a deviation by chance; below "threshold" it is a disagreement).
         """
         options = pass_options(camera, width=width, height=height, spp=spp, seed=seed, frozen=True)
-        return self._handle.check(name, self._direction(name, direction), options, spp_gradient)
+        return made(self._handle.check, parameter=name, direction=self._direction(name, direction), options=options, spp_gradient=spp_gradient)
 
     def save_guide(self, file: Path) -> None:
         """Writes what was learned, for `load_guide`.

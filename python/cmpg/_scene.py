@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _cmpg
-from ._arrays import Image, Names, Path, as_image, floats, names_of
+from ._arrays import Image, Names, Path, as_image, floats, made, names_of
 from ._cmpg import DeviceInfo
 from ._errors import UsageError
 
@@ -285,7 +285,8 @@ class Scene:
         Raises:
             UsageError: there is no such camera, or its pose is not finite.
         """
-        found = self._handle.pick(x, y, *view_of(camera), width, height)
+        name, moved = view_of(camera)
+        found = made(self._handle.pick, x=x, y=y, camera=name, moved=moved, width=width, height=height)
         return None if found is None else SurfacePoint(*found)
 
     @property
@@ -318,7 +319,7 @@ class Scene:
             UsageError: there is no place for a texture: meshes without texture coordinates, normals without a normal map, anisotropy, an environment of
                 one colour.
         """
-        self._handle.resize(name, width, height)
+        made(self._handle.resize, name=name, width=width, height=height)
         self._resized.add(name)
         self._note([name])
 

@@ -112,6 +112,38 @@ def test_names_the_count_that_is_negative(scene):
         scene[PAINTING] = 0.5j
 
 
+@pytest.mark.parametrize(
+    "call, name",
+    [
+        (lambda scene: cmpg.Renderer(scene).render(width=2**40), "width"),
+        (lambda scene: cmpg.Renderer(scene).render(width=8.0), "width"),
+        (lambda scene: cmpg.Renderer(scene).render(width=8, spp=2**40), "spp"),
+        (lambda scene: cmpg.Renderer(scene).render(width=8, spp=np.float32(2)), "spp"),
+        (lambda scene: cmpg.Renderer(scene).render(width=8, seed=2**64), "seed"),
+        (lambda scene: cmpg.Renderer(scene).render(width=8, seed=-1), "seed"),
+        (lambda scene: cmpg.Renderer(scene, memory=1.5), "memory"),
+        (lambda scene: cmpg.Renderer(scene, LIGHT).check(LIGHT, spp_gradient=-1), "spp_gradient"),
+        (lambda scene: cmpg.Recovery(scene, np.ones((8, 8, 3)), LIGHT, steps=2**40), "steps"),
+        (lambda scene: cmpg.Recovery(scene, np.ones((8, 8, 3)), LIGHT, width=4.0), "width"),
+        (lambda scene: cmpg.Recovery(scene, np.ones((8, 8, 3)), LIGHT).set_samples(4, -1), "spp_gradient"),
+        (lambda scene: cmpg.Recovery(scene, np.ones((8, 8, 3)), LIGHT).image(-1), "target"),
+        (lambda scene: cmpg.Film(8, 2**40), "height"),
+        (lambda scene: scene.resize(PAINTING, 8.0, 8), "width"),
+        (lambda scene: scene.pick(1, 1, height=2**40), "height"),
+    ],
+)
+def test_names_what_is_no_number_of_its_kind(scene, call, name):
+    with pytest.raises(cmpg.UsageError, match=f"^{name} is ") as caught:
+        call(scene)
+    assert caught.value.options == [name] and "a whole number from 0 to" in caught.value.remedy
+
+
+def test_takes_whole_numbers_of_numpy(scene):
+    renderer = cmpg.Renderer(scene, max_depth=2)
+    image = renderer.render(width=np.int64(8), spp=np.uint8(1), seed=np.uint64(2**64 - 1))
+    np.testing.assert_array_equal(image, renderer.render(width=8, spp=1, seed=2**64 - 1))
+
+
 def test_two_scenes_at_once(scene):
     """Each on a device of its own, from threads of their own."""
     other = cmpg.Scene(ROOT / "scenes/furnace/scene.gltf")
