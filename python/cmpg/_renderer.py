@@ -162,8 +162,13 @@ class Renderer:
         Raises:
             UsageError: an unknown camera, or an option out of range.
         """
-        options = pass_options(camera, width=width, height=height, spp=spp, seed=seed, train=passes)
-        self._handle.train(self._directions(direction or {}), options)
+        try:
+            options = pass_options(camera, width=width, height=height, spp=spp, seed=seed, train=passes)
+            self._handle.train(self._directions(direction or {}), options)
+        except UsageError as error:
+            if error.options != ["train"]:
+                raise
+            raise UsageError(error.what.replace("train", "passes", 1), error.cause, error.remedy, ["passes"]) from None
 
     def on_submission(self, call: Callable[[], None] | None, *, seconds: float = 0.2) -> None:
         """Has `call` called from the thread of a pass, before every submission to the device; None: nothing.

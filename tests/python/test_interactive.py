@@ -287,6 +287,13 @@ def test_learning_goes_on(door):
     np.testing.assert_array_equal(film.image(), image)
 
 
+@pytest.mark.parametrize("passes", [-3, 1.5, 2**40, 100001])
+def test_learning_passes_are_named_as_they_are_given(scene, passes):
+    with pytest.raises(cmpg.UsageError, match="^passes ") as caught:
+        cmpg.Renderer(scene).train(passes=passes, width=8, spp=1)
+    assert caught.value.options == ["passes"]
+
+
 def test_a_recovery_of_a_renderer_is_that_of_a_device(grey, target):
     own = grey.copy()
     alone = cmpg.Recovery(own, target, PAINTING, steps=3, max_depth=4)

@@ -104,7 +104,7 @@ def test_refuses_wrong_shapes(scene):
 def test_names_the_count_that_is_negative(scene):
     renderer = cmpg.Renderer(scene)
     for call in (lambda: renderer.render(width=8, spp=-1), lambda: cmpg.Renderer(scene, max_depth=-2), lambda: cmpg.Film(8, -8), lambda: renderer.train(passes=-3)):
-        with pytest.raises(cmpg.UsageError, match="spp is -1|max_depth is -2|height must be from 1|train is -3"):
+        with pytest.raises(cmpg.UsageError, match="spp is -1|max_depth is -2|height must be from 1|passes is -3"):
             call()
     with pytest.raises(cmpg.UsageError, match="steps is -1"):
         cmpg.Recovery(scene, np.ones((8, 8, 3)), PAINTING, steps=-1)
