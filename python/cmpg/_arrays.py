@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
@@ -52,6 +52,11 @@ def made(kind: Callable[..., Any], **options: Any) -> Any:
             if name in _MOST and not (isinstance(value, (int, np.integer)) and 0 <= value <= _MOST[name]):
                 raise UsageError(f"{name} is {value}", "", f"give a whole number from 0 to {_MOST[name]}", [name]) from None
         raise
+
+
+def key_of(options: Any) -> Hashable:
+    """What stands for options in a dictionary: equal ones, mappings among them, find each other."""
+    return tuple(sorted((name, key_of(value)) for name, value in options.items())) if isinstance(options, Mapping) else options
 
 
 def names_of(names: Names) -> list[str]:

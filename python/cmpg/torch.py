@@ -18,6 +18,7 @@ except ImportError as error:
     raise ImportError("cmpg.torch needs PyTorch: pip install torch") from error
 
 from . import Camera, Device, Renderer, Scene, UsageError
+from ._arrays import key_of
 
 __all__ = ["render"]
 
@@ -40,7 +41,7 @@ def _array(tensor: torch.Tensor) -> np.ndarray:
 
 
 def _bridge(scene: Scene, names: tuple[str, ...], device: Device | None, options: dict[str, Any]) -> _Bridge:
-    key = (names, device, tuple(sorted(options.items())))
+    key = (names, device, key_of(options))
     bridge = scene._renderers.get(key)
     if bridge is None or bridge.revision != scene._revision:  # other values of the scene have changed
         bridge = scene._renderers[key] = _Bridge(scene, names, device, options)

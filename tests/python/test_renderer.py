@@ -8,6 +8,7 @@ import pytest
 from conftest import LIGHT, PAINTING, ROOT
 
 import cmpg
+from cmpg._arrays import key_of
 
 
 def test_renders(scene):
@@ -142,6 +143,13 @@ def test_takes_whole_numbers_of_numpy(scene):
     renderer = cmpg.Renderer(scene, max_depth=2)
     image = renderer.render(width=np.int64(8), spp=np.uint8(1), seed=np.uint64(2**64 - 1))
     np.testing.assert_array_equal(image, renderer.render(width=8, spp=1, seed=2**64 - 1))
+
+
+def test_equal_options_have_one_key():
+    """By which renderers of cmpg.torch are kept."""
+    key = key_of({"max_depth": 4, "expert": {"guide_share": 0.3, "forgetting": 0.5}})
+    assert {key: 1}[key_of({"expert": {"forgetting": 0.5, "guide_share": 0.3}, "max_depth": 4})] == 1
+    assert key != key_of({"max_depth": 4, "expert": {"guide_share": 0.4, "forgetting": 0.5}}) != key_of({"max_depth": 4})
 
 
 def test_two_scenes_at_once(scene):

@@ -72,6 +72,15 @@ def test_scene_keeps_its_values_and_others_are_followed(scene):
     assert cmpg.torch.render(scene, {PAINTING: white}, width=16, spp=2, max_depth=4).sum() < before.sum()
 
 
+def test_options_for_experts_are_options(scene):
+    white = torch.full((64, 64, 3), 1.0)
+    options = dict(width=16, spp=2, max_depth=4)
+    plain = cmpg.torch.render(scene, {PAINTING: white}, **options)
+    for _ in range(2):
+        torch.testing.assert_close(cmpg.torch.render(scene, {PAINTING: white}, expert={"all_features": 1}, **options), plain, rtol=0, atol=0)
+    assert len(scene._renderers) == 2
+
+
 def test_types_and_devices_are_those_of_the_tensors(scene):
     painting = tensor(scene, PAINTING, torch.float64)
     image = cmpg.torch.render(scene, {PAINTING: painting}, width=8, spp=1, max_depth=3)
