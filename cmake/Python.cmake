@@ -12,6 +12,7 @@ nanobind_add_module(_cmpg STABLE_ABI python/src/module.cpp python/src/ranks.cpp 
   python/src/recovery.cpp)
 target_include_directories(_cmpg PRIVATE ${PROJECT_SOURCE_DIR}/include)
 target_link_libraries(_cmpg PRIVATE $<LINK_ONLY:cmpg>) # the surface alone: not the flags of the library's own sources
+target_compile_definitions(_cmpg PRIVATE CMPG_VERSION="${PROJECT_VERSION}")
 nanobind_add_module(_lab STABLE_ABI python/src/lab.cpp)
 target_include_directories(_lab PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/shaders ${PROJECT_SOURCE_DIR}/include)
 target_compile_definitions(_lab PRIVATE CMPG_SOURCES GLM_ENABLE_EXPERIMENTAL)

@@ -29,6 +29,8 @@ from ._recovery import Recovery, loss_of
 from ._renderer import Renderer
 from ._scene import Camera, Device, Parameter, Scene, SurfacePoint, devices
 
+__version__: str = _cmpg.__version__
+
 __all__ = [
     "Camera", "Device", "DeviceInfo", "DeviceError", "Error", "Film", "Guide", "GuidePoint", "Image", "InputError", "NumericalError", "OutputError", "Parameter",
     "PassReport", "Recovery", "RecoveryProgress", "RecoveryStep", "Renderer", "Scene", "SurfacePoint", "UsageError", "devices", "load_image", "loss_of",

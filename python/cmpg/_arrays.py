@@ -43,6 +43,10 @@ _MOST = (dict.fromkeys(["width", "height", "edge"], 2**31 - 1)
          | dict.fromkeys(["seed", "memory", "guide_memory", "target"], 2**64 - 1))
 
 
+#: arguments that are numbers
+_NUMBERS = ["error_target", "time_budget", "prior", "total_variation", "final_rate", "guide_share", "direction_share", "forgetting", "roulette_effort"]
+
+
 def made(kind: Callable[..., Any], **options: Any) -> Any:
     """What `kind` makes of options. What is no whole number, or too large a one, is refused by name where one is meant."""
     try:
@@ -51,6 +55,8 @@ def made(kind: Callable[..., Any], **options: Any) -> Any:
         for name, value in options.items():
             if name in _MOST and not (isinstance(value, (int, np.integer)) and 0 <= value <= _MOST[name]):
                 raise UsageError(f"{name} is {value}", "", f"give a whole number from 0 to {_MOST[name]}", [name]) from None
+            if name in _NUMBERS and not isinstance(value, (int, float, np.number)):
+                raise UsageError(f"{name} is {value!r}", "", "give a number: 0.02 for 2 %" if name == "error_target" else "give a number", [name]) from None
         raise
 
 

@@ -235,6 +235,8 @@ class Renderer:
         return None if cells is None else as_image(cells)
 
     def _directions(self, direction: Mapping[str, npt.ArrayLike]) -> list[tuple[str, npt.NDArray[np.float32]]]:
+        if not isinstance(direction, Mapping):
+            raise UsageError(f"a direction is a mapping, not {direction!r}", "", "give values by parameter, as {name: 1}", ["direction"])
         return [(name, self._direction(name, values)) for name, values in direction.items()]
 
     def _direction(self, name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -303,7 +303,16 @@ class Scene:
         return list(dict.fromkeys(name for glob in names_of(globs) for name in self._handle.select(glob)))
 
     def __getitem__(self, name: str) -> Parameter:
+        if not isinstance(name, str):
+            raise UsageError(f"a parameter is asked for by {name!r}", "", "give its name", ["parameters"])
         return Parameter(self, self._handle.parameter(name))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.parameters
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of all parameters."""
+        return iter(self.parameters)
 
     def __setitem__(self, name: str, values: npt.ArrayLike) -> None:
         self[name].values = values

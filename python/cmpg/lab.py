@@ -101,6 +101,8 @@ def _plain(name: str, value: Any) -> Any:
         return value.item()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
+    if name == "set" and isinstance(value, (str, Mapping)):  # as the other listings are lists, and as a Scene takes its values
+        return [value] if isinstance(value, str) else [f"{parameter}={_plain(name, each)}" for parameter, each in value.items()]
     if isinstance(value, (list, tuple)):
         return [_plain(name, each) for each in value]
     if not isinstance(value, (str, int, float)):

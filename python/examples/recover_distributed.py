@@ -44,7 +44,7 @@ for step in range(steps):
     with torch.no_grad():
         texture.clamp_(0, 1)
     error = (texture.detach() - truth).square().mean().sqrt()
-    print(f"process {rank}, step {step}: loss of its image {loss:.5f}, error of a texel {error:.4f}", flush=True)
+    print(f"process {rank}, step {step}: loss of its image {loss:.3g}, error of a texel {error:.4f}", flush=True)
 
 same = [torch.empty_like(truth) for _ in range(count)]
 dist.all_gather(same, texture.detach())

@@ -24,7 +24,7 @@ scene[name] = 0.5  # what is known of it before: nothing
 recovery = cmpg.Recovery(scene, box / "target.exr", param=name, steps=steps, spp=4, spp_gradient=4)
 for step in recovery:
     error = np.sqrt(np.mean((recovery[name] - truth) ** 2))
-    print(f"step {step.step}: loss {step.loss:.5f} +- {step.loss_error:.5f}, error of a texel {error:.3f}, {step.seconds:.1f} s")
+    print(f"step {step.step}: loss {step.loss:.3g} +- {step.loss_error:.2g}, error of a texel {error:.3f}, {step.seconds:.1f} s")
 
 folder.mkdir(parents=True, exist_ok=True)
 recovery[name].save(folder / "painting.png")

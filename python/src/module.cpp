@@ -8,4 +8,5 @@ NB_MODULE(_cmpg, m) {
     bindRenderer(m);
     bindGuide(m);
     bindRecovery(m);
+    m.attr("__version__") = CMPG_VERSION;
 }

@@ -22,6 +22,9 @@ void printTable(std::ostream& out, const nlohmann::ordered_json& table) {
         else if (row["mode"] == "optimize")
             std::snprintf(line, sizeof line, "optimize  %-24s %6.0f steps %8.1f s   parameter MSE %10.4g   %7.2f x\n", method.c_str(),
                           number(row, "steps"), number(row, "seconds"), number(row, "mse"), number(row, "ratio"));
+        else if (std::isnan(number(row, "relative_variance")))
+            std::snprintf(line, sizeof line, "%-9s %-24s %6.0f passes %7.1f s   no derivative to compare with\n", row["mode"].get<std::string>().c_str(), method.c_str(),
+                          number(row, "passes"), number(row, "seconds"));
         else
             std::snprintf(line, sizeof line, "%-9s %-24s %6.0f passes %7.1f s   rel. variance %9.3g   bias %+7.2f %% +- %.2f %%%s   %7.2f x\n",
                           row["mode"].get<std::string>().c_str(), method.c_str(), number(row, "passes"), number(row, "seconds"),

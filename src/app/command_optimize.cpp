@@ -65,15 +65,13 @@ std::vector<ContactSheet::ViewRow> writePictures(const Options& options, v1::Rec
     const std::uint32_t spp = pictureSamples(options, views);
     std::vector<ContactSheet::ViewRow> rows;
     for (std::size_t view = 0; view < views; ++view) {
-        Image target = run.target(view), initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = recovered;
-        for (std::size_t i = 0; i < difference.values.size(); ++i)
-            difference.values[i] -= initial.values[i];
+        Image target = run.target(view), initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = run.difference(recovered, view);
         folder.writeView("target", view, views, target);
         folder.writeView("initial", view, views, initial);
         folder.writeView("final", view, views, recovered);
         folder.writeView("difference", view, views, difference);
         if (view < ContactSheet::kMostRows)
-            rows.push_back({titles[view], std::move(target), std::move(initial), recovered, run.difference(recovered, view)});
+            rows.push_back({titles[view], std::move(target), std::move(initial), std::move(recovered), std::move(difference)});
     }
     return rows;
 }
@@ -102,6 +100,8 @@ void writeContactSheet(const Options& options, const Session& session, const v1:
     sheet.title = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
     if (const std::vector<v1::RecoveryStep> steps = run.history(); !steps.empty())
         sheet.title += ", " + std::to_string(steps.size()) + " steps, " + nameOf(options.loss, kLosses) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
+    if (const std::size_t all = options.target.size(); all > sheet.views.size())
+        sheet.title += ", the first " + std::to_string(sheet.views.size()) + " of " + std::to_string(all) + " views";
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         const Parameter& parameter = session.parameter(p);
         sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),

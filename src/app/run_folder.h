@@ -12,7 +12,7 @@
 namespace cmpg {
 
 //   loss.csv                 one row per step, flushed
-//   initial.exr, final.exr, difference.exr   images of the views; difference = final - initial
+//   initial.exr, final.exr, difference.exr   images of the views; difference = final - target, where that has weight
 //   target.exr               as compared: exposed, linear
 //   gradients/<name>.exr     dLoss/dparameter of the last step
 //   parameters/<name>.exr    exact values          (exportScene)

@@ -76,8 +76,7 @@ ComparePart compareGradient(CompareSubject& subject, CompareMode mode, std::opti
     for (const GradientResult& result : comparison.results)
         report.seconds.gradient += result.seconds;
     report.seconds.gradient += comparison.reference.seconds;
-    if (!(comparison.reference.reference.squaredNorm() > 0))
-        logWarn("the derivative is zero, or the reference is mostly noise: figures relative to it are left out");
+    warnOfNoDerivative(comparison.reference);
     ComparePart part = gradientPart(subject, mode, comparison, facts);
     part.table.push_back({{"mode", compareModeName(mode)},
                           {"method", "reference"},

@@ -1,6 +1,7 @@
 // Whole optimisations of the same parameters by different methods, side by side in time.
 #include "lab/compare_optimize.h"
 
+#include "base/log.h"
 #include "session/library_options.h"
 
 #include <algorithm>
@@ -123,6 +124,8 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
         if (repetition == 0) {
             comparison.initial = runs.front()->values();
             comparison.initialError = runs.front()->curve().front().error;
+            if (comparison.initialError == 0)
+                logWarn("the parameters begin at the values that errors are taken from, so all that differs is noise: --set another start");
         }
         advance(runs, subject, std::min(own.steps, subject.options.stopAfter.value_or(own.steps)), progress);
         for (std::size_t i = 0; i < runs.size(); ++i) {

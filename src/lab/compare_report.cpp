@@ -1,6 +1,7 @@
 // The gradient parts of a comparison's report, and the page around all parts.
 #include "lab/compare_report.h"
 
+#include "base/log.h"
 #include "imaging/parameter_image.h"
 #include "lab/compare_pictures.h"
 #include "lab/error_plot.h"
@@ -161,6 +162,11 @@ std::string methodCell(std::size_t index, const CompareMethod& method, const std
     return "<span class=\"swatch\" style=\"background:" + curveColor(index) + "\"></span><b>" + escapeHtml(method.name) +
            "</b><span class=\"how\">" + method.describe() + "</span>" +
            (chosen.empty() ? std::string() : "<span class=\"how\"><b>chosen: " + escapeHtml(chosen) + "</b></span>");
+}
+
+void warnOfNoDerivative(const MeasuredReference& reference) {
+    if (!(reference.reference.squaredNorm() > 0))
+        logWarn("the derivative is zero, or the reference is mostly noise: figures relative to it are left out");
 }
 
 std::string csvNumber(double value) {

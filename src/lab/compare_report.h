@@ -31,6 +31,9 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
                          const std::vector<MethodFacts>& facts);
 ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison& comparison);
 
+// Where figures relative to the reference say nothing.
+void warnOfNoDerivative(const MeasuredReference& reference);
+
 // The whole page. `device`: in words.
 std::string compareDocument(const CompareSubject& subject, const std::string& device, const std::string& configuration,
                             const std::vector<ComparePart>& parts);

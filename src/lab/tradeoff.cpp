@@ -100,6 +100,7 @@ std::string tradeoff(const Options& options, Report& report, const ProgressText&
                         progress);
     found.singles = std::move(measured.results);
     found.reference = std::move(measured.reference);
+    warnOfNoDerivative(found.reference);
 
     const std::vector<KnobChange> best = bestChanges(found.singles, kHorizon, kMostCombined);
     if (best.size() > 1) {

@@ -267,7 +267,18 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
     return std::move(found.mean);
 }
 
-Renderer::State::Work::Work(State& state) : lock_(state.device->mutex), state_(state) {
+namespace {
+
+std::recursive_mutex& mutexOf(Device::State& device) {
+    if (device.process != ::getpid())
+        throw Error(ErrorKind::Device, "the device was opened by another process", "this one was forked from it, as multiprocessing does",
+                    "open scenes and renderers in the process that uses them, or have processes spawned");
+    return device.mutex;
+}
+
+} // namespace
+
+Renderer::State::Work::Work(State& state) : lock_(mutexOf(*state.device)), state_(state) {
     if (state.working)
         throw Error(ErrorKind::Usage, "this renderer is at work", "a call back of a pass or a step asks it, or its recovery, for another one",
                     "ask when that is done, or have another renderer do it");
@@ -378,8 +389,8 @@ void Renderer::State::tell(Mode mode, const Before& before) {
     told.guided = guided;
     told.guideCells = now.guideCells;
     told.guideUpdates = now.guideUpdates;
-    told.sampling = now.sampling;
-    told.roulette = now.roulette;
+    told.sampling = guided ? now.sampling : Sampling::Bsdf;
+    told.roulette = guided && now.roulette;
     told.figures = std::move(now.figures);
 }
 

@@ -12,6 +12,8 @@
 #include <functional>
 #include <mutex>
 #include <span>
+#include <sys/types.h>
+#include <unistd.h>
 
 namespace cmpg::v1 {
 
@@ -21,6 +23,7 @@ struct Device::State {
     std::shared_ptr<Communicator> communicator;
     Communicator& ranks() const { return *communicator; }
 
+    const pid_t process = ::getpid(); // that opened it: a child of fork() has neither the driver's threads nor a mutex that they let go of
     std::recursive_mutex mutex; // of whoever records, submits or frees; what is asked during a pass may free another renderer
     cmpg::Device device;
     DeviceInfo info;

@@ -275,6 +275,9 @@ inline std::uint32_t tangentTexcoord(const Scene& scene, const Material& m) {
     return m.anisotropyDirection != ~0u ? scene.directionTextures[m.anisotropyDirection].texcoord : 0;
 }
 
+// Whether anything shines: a light, an environment, or a material that emits, seen or not.
+bool hasLight(const Scene& scene);
+
 // Of the triangles' positions and order: equal for equal geometry, on every machine.
 std::uint64_t geometryHash(const Scene& scene);
 

@@ -35,6 +35,12 @@ Camera framingCamera(const Geometry& geometry) {
 
 } // namespace
 
+bool hasLight(const Scene& scene) {
+    return !scene.lights.empty() || scene.environment || std::any_of(scene.parameters.begin(), scene.parameters.end(), [](const Parameter& p) {
+        return p.kind == SlotKind::Emission && emitsLight(p);
+    });
+}
+
 std::string uniqueName(std::string name, UniqueNames& taken) {
     for (char& c : name)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
@@ -269,10 +275,7 @@ void SceneBuilder::summarise(const std::vector<std::pair<std::uint64_t, const ch
         warn("skipped: " + join(skipped));
     if (scene.geometry.triangles.empty())
         warn("the scene has no triangles");
-    bool emits = !scene.lights.empty() || scene.environment;
-    for (const Parameter& p : scene.parameters)
-        emits |= p.kind == SlotKind::Emission && emitsLight(p);
-    if (!emits)
+    if (!hasLight(scene))
         warn("the scene has no light at all: images will be black");
 }
 

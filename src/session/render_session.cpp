@@ -29,6 +29,9 @@ void RenderSession::prepare(const SeenView& view, const std::filesystem::path& f
     width_ = view.width;
     height_ = view.height;
     const v1::PathOptions paths = pathOptions(options_, options_.effectiveDepth(host().maxDepth));
+    if (options_.sampling != Sampling::Bsdf && options_.sampling != Sampling::Auto && !usesGuide(options_))
+        logWarn(std::string("nothing was learned to draw directions by (--sampling ") + nameOf(options_.sampling, kSamplings) +
+                "), so they come from the materials alone: add --train N or --load-guide FILE");
     renderer_.emplace(openDevice(), scene, v1::RendererOptions{.paths = paths, .parameters = parameters});
     v1::PassOptions pass = plainPass(1);
     pass.train = usesGuide(options_) ? options_.effectiveTrain() : 0;

@@ -172,6 +172,8 @@ void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGra
         char text[160];
         std::snprintf(text, sizeof text, ": its gradient is zero, since values of %.3g and below look the same. Begin well above (--set)", double(floor));
         logWarn(parameter + text);
+    } else if (!hasLight(scene)) {
+        logWarn("the gradient of " + parameter + " is zero, as the scene has no light");
     } else {
         logWarn("no path reached " + parameter + ": its gradient is zero. The camera does not see it, nor what it lights, within the depth and the samples of this pass");
     }

@@ -188,6 +188,14 @@ TEST(ProgramGradient, ReverseKeepsTheShapeOfEachParameter) {
     EXPECT_EQ(runProgram({"gradient", kBox, "--param", kPainting, "--adjoint", kBox, "-o", folder / "x.exr"}).code, 3);
 }
 
+TEST(ProgramGradient, SaysThatNothingWasLearnedToDrawBy) {
+    const test::TemporaryFolder folder;
+    const auto result = runProgram({"render", kBox, "-o", folder / "a.exr", "--width", "16", "--spp", "1", "--sampling", "primal", "--json"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("add --train N or --load-guide FILE"), std::string::npos) << result.err;
+    EXPECT_EQ(nlohmann::json::parse(result.out).at("sampling").at("kind"), "bsdf");
+}
+
 TEST(ProgramGradient, CheckAgrees) {
     const auto json = run({"gradient", kBox, "--param", "white.baseColor", "--param", "light.emission", "--check", "--spp", "8"});
     ASSERT_EQ(json.at("check").size(), 2u);
@@ -213,6 +221,10 @@ TEST(ProgramOptimize, WritesItsFolder) {
         EXPECT_TRUE(fs::exists(folder / "out/" + name)) << name;
     for (const auto& [name, path] : json.at("outputs").items())
         EXPECT_TRUE(fs::exists(path.get<std::string>())) << name;
+    const auto values = [&](const std::string& name) { return readImage(folder / ("out/" + name + ".exr")).image.values; };
+    const std::vector<float> target = values("target"), final = values("final"), difference = values("difference");
+    for (std::size_t i = 0; i < target.size(); ++i)
+        ASSERT_EQ(difference[i], final[i] - target[i]) << i;
 }
 
 // The least that recovers something: no guide, no roulette, hence few kernels to compile for drivers that are slow at it.

@@ -266,3 +266,12 @@ def test_footprint_tells_what_passes_take(scene):
     assert renderer.footprint() == images  # beside what the renderer has itself
     with pytest.raises(cmpg.UsageError, match="kinds"):
         renderer.footprint("image")
+
+
+def test_says_which_argument_means_nothing(scene):
+    renderer = cmpg.Renderer(scene, param=PAINTING, max_depth=2)
+    for name, value in {"error_target": "2%", "time_budget": "1s", "spp": 1.5, "width": 16.0}.items():
+        with pytest.raises(cmpg.UsageError, match=name):
+            renderer.render(**{name: value})
+    with pytest.raises(cmpg.UsageError, match="a direction is a mapping"):
+        renderer.forward(PAINTING)

@@ -195,3 +195,41 @@ def test_without_a_driver_the_error_names_a_package():
 
 def test_loads_pathlib_and_text(device):
     assert cmpg.Scene(str(BOX)).source == cmpg.Scene(BOX).source
+
+
+def test_is_a_collection_of_names(scene):
+    assert PAINTING in scene
+    assert "painting.colour" not in scene
+    assert 3 not in scene
+    assert list(scene) == list(scene.parameters)
+    with pytest.raises(cmpg.UsageError, match="asked for by 0"):
+        scene[0]
+
+
+def test_has_a_version():
+    assert cmpg.__version__.count(".") == 2
+
+
+def test_a_forked_process_is_told():
+    import multiprocessing
+    renderer = cmpg.Renderer(cmpg.Scene(BOX))
+    renderer.render(width=8, spp=1)
+
+    def child(pipe):
+        try:
+            renderer.render(width=8, spp=1)
+            pipe.send("rendered")
+        except cmpg.DeviceError as error:
+            pipe.send(str(error))
+
+    context = multiprocessing.get_context("fork")
+    here, there = context.Pipe()
+    process = context.Process(target=child, args=(there,))
+    process.start()
+    try:
+        assert here.poll(20), "the child hangs"
+        assert "another process" in here.recv()
+        process.join(20)
+        assert process.exitcode == 0
+    finally:
+        process.kill()
