@@ -69,7 +69,7 @@ def target():
 
 
 def optimize(name, steps, *more):
-    return ["optimize", box, "--param", "painting.baseColor", "--param", "light.emission", "--target", target(), "--spp", "4", "--spp-gradient", "4",
+    return ["optimize", box, "--param", "painting.baseColor", "--param", "light.emission", "--target", f"front={target()}", "--spp", "4", "--spp-gradient", "4",
             "--steps", str(steps), "--save-guide", str(folder / name / "learned.guide"), "--quiet", "-o", str(folder / name), *more]
 
 
@@ -100,8 +100,8 @@ def same(counts=(1, 3)):
         "reverse": lambda o: ["gradient", box, "--param", "painting.baseColor", "--target", target(), "--spp", "4", "--spp-gradient", "128", "--train", "3", "--quiet",
                               "-o", str(o)],
         "run-adam": lambda o: recovery(o, "--optimizer", "adam", "--spp-difference", "0", "--sampling", "conditional"),
-        "run-views": lambda o: recovery(o, "--target", target()),
-        "run-turns": lambda o: recovery(o, "--target", target(), "--views-per-step", "1"),
+        "run-views": lambda o: recovery(o, "--target", f"front={target()}"),
+        "run-turns": lambda o: recovery(o, "--target", f"front={target()}", "--views-per-step", "1"),
     })
 
 
