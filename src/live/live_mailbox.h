@@ -23,7 +23,7 @@ struct LiveRequests {
     std::optional<float> fill;
     std::uint32_t steps = 0, train = 0;
     std::optional<std::filesystem::path> scene;
-    std::optional<std::string> target;
+    std::optional<std::string> target; // of `scene`, if both are there
     // Answered between two submissions, whatever the pass.
     std::optional<std::pair<int, int>> pick;
     std::vector<LiveSave> saves;

@@ -82,12 +82,13 @@ void LiveSession::train(std::uint32_t passes) {
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.train += passes; });
 }
 
-void LiveSession::openScene(const std::filesystem::path& file) {
+void LiveSession::openScene(const std::filesystem::path& file, const std::optional<std::string>& target) {
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
         const std::vector<LiveSave> saves = std::move(r.saves); // of what was seen before
         r = {};
         r.saves = saves;
         r.scene = file;
+        r.target = target;
     });
 }
 
@@ -100,6 +101,8 @@ void LiveSession::openTarget(const std::string& target) {
 
 void LiveSession::useImageAsTarget() {
     impl_->mailbox.ask([shown = state()](LiveRequests& r, LiveSettings&) {
+        if (r.scene) // the image is of the one before
+            return;
         r.imageAsTarget = shown;
         r.target.reset();
     });

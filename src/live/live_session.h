@@ -87,7 +87,8 @@ struct LivePick {
 // What went wrong. The work goes on with what was there before.
 struct LiveError {
     std::uint32_t number = 0; // counts errors; 0: none so far
-    std::string what, cause, remedy;
+    std::string what, cause, remedy; // empty: a scene or a target that opened since has settled it
+    bool saving = false;             // of a file that could not be written, which no other scene settles
 };
 
 // A message of something done, such as a file saved.
@@ -170,8 +171,10 @@ class LiveSession {
     // All entries of the selected parameters become this, within their range: something to recover from. Restarts as reset() does.
     void fill(float value);
     void train(std::uint32_t passes = 1); // Render, Gradient: learning passes for the guide
-    void openScene(const std::filesystem::path& file);
-    // "FILE" or "CAMERA=FILE". Replaces all targets; without a camera, the scene's camera by the name of settings().camera is taken.
+    // With its target, if one is given. What was asked for before is void, targets included: it was meant for the scene before.
+    void openScene(const std::filesystem::path& file, const std::optional<std::string>& target = {});
+    // "FILE" or "CAMERA=FILE". Replaces all targets; without a camera, the scene's camera by the name of settings().camera is taken. Of a scene that is
+    // still to be opened, it is that scene's.
     void openTarget(const std::string& target);
     void useImageAsTarget(); // what `Image` shows now, with its camera, replaces all targets
     void pick(int x, int y); // pixel of an Image of the size in the settings (Optimize: the target's), row 0 on top

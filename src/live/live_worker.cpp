@@ -81,7 +81,7 @@ template <class F> bool LiveWorker::attempt(F&& f) {
 }
 
 void LiveWorker::fail(const Error& error) {
-    state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error)};
+    state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error), false};
     if (work_)
         work_->recover();
     if (error.kind == ErrorKind::Device) { // it may be lost, or filled by what did not fit
@@ -90,6 +90,11 @@ void LiveWorker::fail(const Error& error) {
         device_.reset();
     }
     publish();
+}
+
+void LiveWorker::settle() {
+    if (!state_.error.saving)
+        state_.error = {state_.error.number, {}, {}, {}, false};
 }
 
 void LiveWorker::openDevice() {
@@ -115,6 +120,7 @@ void LiveWorker::openScene(const Options& options) {
     fresh.error = state_.error;
     fresh.message = state_.message;
     state_ = std::move(fresh);
+    settle();
     LiveWork::Hooks hooks;
     hooks.betweenSubmissions = [this] { betweenSubmissions(); };
     hooks.busyWith = [this](const char* what) { notice(what, *what != 0); };
@@ -146,6 +152,8 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
         other.texture.clear();
         other.set.clear();
         other.target.clear();
+        if (r.target)
+            other.target = {*r.target};
         other.mask.clear();
         other.define.clear();
         other.width.reset();
@@ -156,6 +164,8 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
     }
     if (!work_) {
         answer(r);
+        if (r.target)
+            attempt([&] { throw Error(ErrorKind::Usage, "there is no scene that " + *r.target + " could be a target of", "", "open the scene first, or both together"); });
         return;
     }
     attempt([&] {
@@ -163,8 +173,10 @@ void LiveWorker::apply(LiveRequests& r, const LiveSettings& wished) {
             scene_->openTarget(options_, *r.target, wished.camera.name);
         else if (r.imageAsTarget)
             useAsTarget(*r.imageAsTarget);
-        if (r.target || r.imageAsTarget)
+        if (r.target || r.imageAsTarget) {
             work_->targetsChanged();
+            settle();
+        }
     });
     if (wished.scene == work_->settings().scene)
         work_->setSettings(work_->sanitised(wished));
@@ -204,7 +216,7 @@ void LiveWorker::answer(const LiveRequests& quick) {
         try {
             f();
         } catch (const Error& error) {
-            state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error)};
+            state_.error = {state_.error.number + 1, error.what(), error.cause, remedyOf(error), true};
         }
     };
     for (const LiveSave& save : quick.saves)

@@ -22,6 +22,7 @@ class LiveWorker {
     // Runs something that may fail; false: it did, and the state says how.
     template <class F> bool attempt(F&& f);
     void fail(const Error& error);
+    void settle(); // what went wrong with the scene or the target before
     void tell(const std::string& message);
     void notice(const std::string& text, bool busy);
     void publish();

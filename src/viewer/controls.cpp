@@ -42,21 +42,18 @@ void drawRun(Desk& desk) {
 }
 
 void drawError(Desk& desk) {
-    const LiveError& error = desk.state->error;
-    const bool open = error.number > desk.closedError;
-    if (!open && desk.fileError.empty())
+    const LiveError* const error = desk.openError();
+    if (!error && desk.fileError.empty())
         return;
     ImGui::PushTextWrapPos(0);
-    ImGui::TextColored(kAlarm, "%s", open ? error.what.c_str() : desk.fileError.c_str());
-    if (open && !error.cause.empty())
-        ImGui::TextColored(kDim, "Cause: %s", error.cause.c_str());
-    if (open && !error.remedy.empty())
-        ImGui::TextColored(kDim, "Remedy: %s", error.remedy.c_str());
+    ImGui::TextColored(kAlarm, "%s", error ? error->what.c_str() : desk.fileError.c_str());
+    if (error && !error->cause.empty())
+        ImGui::TextColored(kDim, "Cause: %s", error->cause.c_str());
+    if (error && !error->remedy.empty())
+        ImGui::TextColored(kDim, "Remedy: %s", error->remedy.c_str());
     ImGui::PopTextWrapPos();
-    if (ImGui::SmallButton("Dismiss")) {
-        desk.closedError = error.number;
-        desk.fileError.clear();
-    }
+    if (ImGui::SmallButton("Dismiss"))
+        desk.closeError();
     ImGui::Spacing();
 }
 

@@ -21,6 +21,10 @@ void Desk::update() {
         seenMessage = state->message.number;
         saved = state->message.text;
     }
+    if (state->error.number != seenError) {
+        seenError = state->error.number;
+        fileError.clear(); // the newer one counts
+    }
     if (state->pick && state->pick->number != seenPick) {
         seenPick = state->pick->number;
         if (state->pick->hit && state->scene) {
@@ -29,6 +33,21 @@ void Desk::update() {
         }
     }
     refreshPick();
+}
+
+void Desk::fail(const std::string& what) {
+    closeError();
+    fileError = what;
+}
+
+const LiveError* Desk::openError() const {
+    const LiveError& error = state->error;
+    return error.number > closedError && !error.what.empty() ? &error : nullptr;
+}
+
+void Desk::closeError() {
+    closedError = state->error.number;
+    fileError.clear();
 }
 
 // What the guide learned since is worth another look, from where the first one was.
@@ -118,17 +137,25 @@ void Desk::saveScene() {
         session.saveScene(fileFor("recovered", ""));
 }
 
-void Desk::open(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+void Desk::open(const std::vector<std::filesystem::path>& files) {
     fileError.clear();
     const std::vector<std::string> scenes = v1::Scene::extensions();
-    if (std::find(scenes.begin(), scenes.end(), ending) != scenes.end())
-        session.openScene(file);
-    else if (ending == ".exr" || ending == ".hdr" || ending == ".png" || ending == ".jpg" || ending == ".jpeg")
-        session.openTarget(file.string());
-    else
-        fileError = file.filename().string() + " is neither a scene (" + joined(scenes) + ") nor a target (.exr .hdr .png .jpg)";
+    std::optional<std::filesystem::path> scene;
+    std::optional<std::string> target;
+    for (const auto& file : files) {
+        std::string ending = file.extension().string();
+        std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+        if (std::find(scenes.begin(), scenes.end(), ending) != scenes.end())
+            scene = file;
+        else if (ending == ".exr" || ending == ".hdr" || ending == ".png" || ending == ".jpg" || ending == ".jpeg")
+            target = file.string();
+        else
+            fail(file.filename().string() + " is neither a scene (" + joined(scenes) + ") nor a target (.exr .hdr .png .jpg)");
+    }
+    if (scene)
+        session.openScene(*scene, target);
+    else if (target)
+        session.openTarget(*target);
 }
 
 } // namespace cmpg::viewer

@@ -43,10 +43,13 @@ struct Desk {
     std::optional<glm::vec3> direction, directionFound; // under the cursor in a map of the guide: last frame, this frame
     std::string folder = ".";
     std::string saved, fileError; // the last message of something done, and what went wrong in the window's own doing
-    std::uint32_t seenMessage = 0;
+    std::uint32_t seenMessage = 0, seenError = 0;
     bool quit = false;
 
     void update(); // takes over the latest state
+    void fail(const std::string& what); // in the window's own doing
+    const LiveError* openError() const; // of the work, to be shown; null: none
+    void closeError();
     void refreshPick();
 
     bool camera() const { return state->settings.mode != LiveMode::Optimize; } // it can be moved
@@ -63,7 +66,8 @@ struct Desk {
     void saveLoss(As as);
     void saveMeant(As as); // what is under the cursor, else the image
     void saveScene();
-    void open(const std::filesystem::path& file); // a scene or a target, by its ending
+    // Scenes and targets, by their endings, as they were dropped together: the targets are those of the scene, whatever the order.
+    void open(const std::vector<std::filesystem::path>& files);
 };
 
 } // namespace cmpg::viewer

@@ -33,7 +33,7 @@ void saveMaps(Desk& desk, const LivePick& pick) {
                                       .density = [&](const std::array<double, 3>& mixture, int edge) { return guide.density(mixture, edge); }}));
         desk.saved = "wrote " + file.string();
     } catch (const Error& error) {
-        desk.fileError = error.what();
+        desk.fail(error.what());
     }
 }
 

@@ -91,8 +91,8 @@ ExitStatus runViewer(const Options& options) {
         window.wait(window.framesDue() && !hidden ? 0 : patience);
         desk.update();
         window.setTitle(windowTitle(*desk.state, desk.sceneName()));
-        for (const auto& file : window.takeDropped())
-            desk.open(file);
+        for (const auto& files : window.takeDropped())
+            desk.open(files);
         if (desk.state->version != shown || desk.state->busy)
             window.requestFrames(1);
         if (ImGui::GetIO().WantTextInput)

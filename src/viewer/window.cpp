@@ -109,7 +109,7 @@ void Window::requestFrames(int frames) {
 }
 
 void Window::drop(std::vector<std::filesystem::path> files) {
-    dropped_.insert(dropped_.end(), files.begin(), files.end());
+    dropped_.push_back(std::move(files));
     requestFrames();
 }
 
@@ -117,7 +117,7 @@ std::vector<KeyPress> Window::takeKeys() {
     return std::exchange(keys_, {});
 }
 
-std::vector<std::filesystem::path> Window::takeDropped() {
+std::vector<std::vector<std::filesystem::path>> Window::takeDropped() {
     return std::exchange(dropped_, {});
 }
 

@@ -39,8 +39,8 @@ class Window {
 
     // Keys that went down since the last call. Frames may take longer than a key is held, so that its state tells nothing.
     std::vector<KeyPress> takeKeys();
-    // Files dropped since the last call.
-    std::vector<std::filesystem::path> takeDropped();
+    // Files dropped since the last call, drop by drop.
+    std::vector<std::vector<std::filesystem::path>> takeDropped();
     // What the display's drop event calls.
     void drop(std::vector<std::filesystem::path> files);
 
@@ -49,7 +49,7 @@ class Window {
     int frames_ = 3;
     std::string title_;
     std::vector<KeyPress> keys_;
-    std::vector<std::filesystem::path> dropped_;
+    std::vector<std::vector<std::filesystem::path>> dropped_;
 };
 
 } // namespace cmpg::viewer

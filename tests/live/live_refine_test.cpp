@@ -157,6 +157,43 @@ TEST(LiveRefine, MistakesAreReportedAndSurvived) {
     state = live.until([](const LiveState& s) { return s.scene->number == 2 && s.imageSamples == 2; }, "the other scene");
     EXPECT_NE(state->scene->file.find("door"), std::string::npos);
     EXPECT_FALSE(state->settings.parameters.empty());
+    EXPECT_EQ(state->error.what, ""); // what was wrong before is settled
+    live->openTarget((scratch / "nothing.png").string());
+    EXPECT_NE(live.untilError(4)->error.what, "");
+    live->openTarget(CMPG_SOURCE_DIR "/scenes/door/target.exr");
+    live.until([](const LiveState& s) { return s.error.number == 4 && s.error.what.empty(); }, "a target that opens");
+    // But not that a file could not be written.
+    live->save(LivePicture::Image, scratch / "image.txt");
+    live->openScene(sceneFile("box"));
+    state = live.until([](const LiveState& s) { return s.scene->number == 3 && s.imageSamples == 2; }, "a third scene");
+    EXPECT_EQ(state->error.number, 5u);
+    EXPECT_NE(state->error.what.find("image.txt"), std::string::npos) << state->error.what;
+}
+
+TEST(LiveRefine, ATargetBelongsToTheSceneItWasAskedForWith) {
+    const std::string own = CMPG_SOURCE_DIR "/scenes/door/target.exr", other = CMPG_SOURCE_DIR "/scenes/bowl/target.exr";
+    Options options = liveOptions("box");
+    options.spp = 1;
+    Watched live(options);
+    live.untilRefined();
+    const auto opened = [&](std::uint32_t number, const std::string& target) {
+        const auto state = live.until([&](const LiveState& s) { return s.scene->number == number && s.views == 1 && s.targets[0] == target; }, "scene and target");
+        EXPECT_EQ(state->error.number, 0u) << state->error.what;
+    };
+    live->openScene(sceneFile("door"), other);
+    opened(2, other);
+    live->openScene(sceneFile("door"));
+    live->openTarget(other); // whether or not the scene is there by then
+    opened(3, other);
+    live->openTarget(other); // of the scene before
+    live->openScene(sceneFile("door"));
+    live.until([&](const LiveState& s) { return s.scene->number == 4 && s.imageSamples > 0; }, "the scene alone");
+    opened(4, own);
+    // A scene that does not open takes its target along.
+    live->openScene("nowhere.gltf", other);
+    EXPECT_EQ(live.untilError(1)->targets, std::vector{own});
+    live->train();
+    EXPECT_EQ(live.until([](const LiveState& s) { return s.guidePasses == 1; }, "a pass")->targets, std::vector{own});
 }
 
 // A mask is of a camera of the scene that it was given with.
@@ -199,6 +236,8 @@ TEST(LiveRefine, WithoutASceneThereIsNothingButAMessage) {
     live->reset();
     live->save(LivePicture::Image, "nothing.exr");
     live.untilError(2);
+    live->openTarget("target.exr");
+    EXPECT_NE(live.untilError(3)->error.what.find("target.exr"), std::string::npos);
     live->openScene(sceneFile("box"));
     EXPECT_FALSE(live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image")->dead);
 }

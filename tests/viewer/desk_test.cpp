@@ -39,5 +39,37 @@ TEST(Desk, LooksAgainWhereTheGuideLearnedBeforeThePickWasSeen) {
     EXPECT_EQ(session.state()->pick->number, 2u); // it is asked for once
 }
 
+TEST(Desk, TheLastErrorCountsUntilSomethingOpens) {
+    const std::filesystem::path scenes(CMPG_SOURCE_DIR "/scenes");
+    Options options;
+    options.input = (scenes / "box/scene.gltf").string();
+    options.width = options.height = 24;
+    options.spp = 1;
+    LiveSession session(options);
+    Desk desk(session);
+    const auto shows = [&](auto&& wanted) {
+        return waitFor([&] {
+            desk.update();
+            return wanted();
+        });
+    };
+    ASSERT_TRUE(shows([&] { return desk.state->imageSamples > 0; }));
+    desk.open({"nowhere.gltf"});
+    EXPECT_TRUE(shows([&] { return desk.openError() != nullptr; }));
+    desk.open({scenes / "README.md"});
+    EXPECT_FALSE(desk.openError());
+    EXPECT_NE(desk.fileError.find("README.md"), std::string::npos);
+    desk.open({"nothing.exr"});
+    EXPECT_TRUE(shows([&] { return desk.openError() && desk.openError()->what.find("nothing.exr") != std::string::npos; }));
+    EXPECT_EQ(desk.fileError, "");
+    desk.open({scenes / "bowl/scene.gltf"});
+    EXPECT_TRUE(shows([&] { return desk.state->scene->number == 2; }));
+    EXPECT_FALSE(desk.openError());
+    desk.open({"nothing.exr"});
+    EXPECT_TRUE(shows([&] { return desk.openError() != nullptr; }));
+    desk.closeError();
+    EXPECT_FALSE(desk.openError());
+}
+
 } // namespace
 } // namespace cmpg::viewer

@@ -49,8 +49,8 @@ TEST(Drop, OpensScenesAndTargets) {
     ASSERT_TRUE(waitFor(desk, [](const LiveState& s) { return s.scene != nullptr; }));
     const auto dropped = [&](std::vector<const char*> files) {
         drop(*window, std::move(files));
-        for (const auto& file : window->takeDropped())
-            desk.open(file);
+        for (const auto& together : window->takeDropped())
+            desk.open(together);
     };
 
     dropped({(kScenes + "bowl/scene.gltf").c_str()});
@@ -67,6 +67,17 @@ TEST(Drop, OpensScenesAndTargets) {
     dropped({"/nonexistent/scene.glb"}); // says so, and keeps what was there
     EXPECT_TRUE(waitFor(desk, [&](const LiveState& s) { return s.error.number > errors; }));
     EXPECT_NE(desk.state->scene->file.find("bowl"), std::string::npos);
+
+    // A scene and its target in one drop, in either order.
+    const std::string box = kScenes + "box/scene.gltf", door = kScenes + "door/scene.gltf";
+    const auto shows = [&](const char* scene) {
+        return waitFor(desk, [&](const LiveState& s) { return s.scene->file.find(scene) != std::string::npos && s.targets == std::vector{target}; });
+    };
+    dropped({target.c_str(), box.c_str()});
+    EXPECT_TRUE(shows("box"));
+    dropped({door.c_str(), target.c_str()});
+    EXPECT_TRUE(shows("door"));
+    EXPECT_FALSE(desk.openError());
 }
 
 } // namespace
