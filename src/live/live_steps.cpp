@@ -18,6 +18,11 @@ void LiveWork::dropRecovery(bool keepProgress) {
         state_.secondsPrimal = state_.secondsGradient = state_.secondsUpdate = state_.rate = 0;
     }
     recovery_.reset();
+    carriedSamples_ = 0;
+}
+
+std::uint32_t LiveWork::samplesOfStep() const {
+    return carriesImages() ? carriedSamples_ + std::max(settings_.spp, options_.recovery.sppDifference) : settings_.spp;
 }
 
 void LiveWork::ensureRecovery() {
@@ -29,7 +34,8 @@ void LiveWork::ensureRecovery() {
     recovery_->onImage([this](std::size_t view, const Image& image) {
         if (view != settings_.view)
             return;
-        state_.imageSamples = settings_.spp;
+        state_.imageSamples = samplesOfStep();
+        state_.imageCarried = carriesImages();
         showImage(image);
         hooks_.publish();
     });
@@ -56,7 +62,8 @@ void LiveWork::step() {
     const std::uint32_t fadingSteps = fadingSteps_;
     restartFilms(); // the parameters moved
     fadingSteps_ = fadingSteps;
-    state_.imageSamples = settings_.spp;
+    carriedSamples_ = state_.imageSamples = samplesOfStep();
+    state_.imageCarried = carriesImages();
     fadeGradient();
     updateGuideFigures();
 }

@@ -76,7 +76,12 @@ void LiveWork::setSettings(const LiveSettings& wished) {
         if (!w.layers)
             for (const LivePicture p : {LivePicture::Normal, LivePicture::Depth, LivePicture::Albedo, LivePicture::Guided, LivePicture::Cells})
                 show(p, nullptr);
+        const std::uint32_t carried = state_.imageCarried && optimizing() && !otherView ? state_.imageSamples : 0;
         restartFilms();
+        if (carried > 0) { // nothing of this changes what it shows
+            state_.imageSamples = carried;
+            state_.imageCarried = true;
+        }
     }
     if (!optimizing())
         for (const LivePicture p : {LivePicture::Target, LivePicture::Difference})
@@ -211,6 +216,7 @@ void LiveWork::restartFilms() {
     gradient_.film = v1::Film(s.width, s.height);
     fadingSteps_ = 0;
     state_.imageSamples = state_.gradientSamples = 0;
+    state_.imageCarried = false;
     drawnBefore_ = guidedBefore_ = 0;
     for (const GuidedDepth& d : report().depths) {
         drawnBefore_ += d.drawn;
@@ -257,7 +263,8 @@ void LiveWork::refine(Refined& r, bool forward) {
     state_.preview = false;
     if (!forward)
         showLayers(r.film);
-    // After a step there is an image already that had more samples, of almost the same parameters.
+    // After a step there are pictures already of almost the same parameters and, until as many samples are there, of less noise: the image that the steps carry
+    // on has at most the worth of all the samples that they drew for it.
     std::uint32_t& shown = forward ? state_.gradientSamples : state_.imageSamples;
     if (r.film.samples() >= shown) {
         shown = r.film.samples();
@@ -265,6 +272,7 @@ void LiveWork::refine(Refined& r, bool forward) {
             state_.gradientFading = false;
             show(LivePicture::Gradient, std::make_shared<const Image>(r.film.image()));
         } else {
+            state_.imageCarried = false;
             showImage(r.film.image());
         }
     }
@@ -313,8 +321,10 @@ LivePick LiveWork::pick(int x, int y) const {
 
 void LiveWork::show(LivePicture picture, std::shared_ptr<const Image> image) {
     state_.pictures[std::size_t(picture)] = std::move(image);
-    if (picture == LivePicture::Image && !state_.picture(picture))
+    if (picture == LivePicture::Image && !state_.picture(picture)) {
         state_.imageSamples = 0;
+        state_.imageCarried = false;
+    }
     if (picture == LivePicture::Gradient && !state_.picture(picture))
         state_.gradientSamples = 0;
 }

@@ -66,7 +66,7 @@ std::string detailOf(const LiveState& state, LivePicture picture) {
     if (!state.picture(picture))
         return "";
     switch (picture) {
-    case LivePicture::Image: return samplesText(state.imageSamples);
+    case LivePicture::Image: return state.imageCarried ? "of the last steps" : samplesText(state.imageSamples);
     case LivePicture::Target:
         return state.settings.view < state.targets.size() ? std::filesystem::path(state.targets[state.settings.view]).filename().string() : "";
     case LivePicture::Gradient: return state.gradientFading ? "of the last steps" : samplesText(state.gradientSamples);

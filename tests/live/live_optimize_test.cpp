@@ -85,9 +85,9 @@ TEST_F(LiveOptimize, StepsAreThoseOfTheHeadlessRun) {
     EXPECT_TRUE(state->guideLearned);
     EXPECT_GT(state->secondsPrimal, 0);
     EXPECT_GT(state->secondsGradient, 0);
-    // Paused, both images are refined at the parameters as they are.
+    // Paused, the gradient image is refined at the parameters as they are, and of the image that is carried nothing is lost.
     EXPECT_FALSE(state->gradientFading);
-    EXPECT_EQ(state->imageSamples, 4u); // --spp bounds it
+    EXPECT_TRUE(state->imageCarried);
     EXPECT_EQ(state->error.number, 0u) << state->error.what;
 }
 
@@ -122,6 +122,29 @@ TEST_F(LiveOptimize, PausesResetsAndGoesOn) {
     (*live)->fill(0.25f);
     const auto filled = live->until([](const LiveState& s) { return s.step == 0 && s.picture(LivePicture::Parameter)->values[0] == 0.25f; }, "the fill");
     EXPECT_EQ(filled->picture(LivePicture::Parameter)->values.back(), 0.25f);
+}
+
+TEST_F(LiveOptimize, APauseLosesNothingOfTheImage) {
+    const auto live = open();
+    (*live)->stepOnce(4);
+    const auto last = live->until([](const LiveState& s) { return s.step == 4 && s.imageSamples > 4; }, "4 steps");
+    const std::uint32_t drawn = last->imageSamples;
+    EXPECT_TRUE(last->imageCarried);
+    EXPECT_EQ(drawn, 4 * options_.recovery.sppDifference);
+    // Refined up to --spp it would be noisier.
+    const auto paused = live->until([](const LiveState& s) { return !s.refining; }, "the end of refinement");
+    EXPECT_EQ(paused->picture(LivePicture::Image), last->picture(LivePicture::Image));
+    EXPECT_EQ(paused->picture(LivePicture::Difference), last->picture(LivePicture::Difference));
+    (*live)->change([](LiveSettings& s) { s.layers = true; }); // the films begin anew
+    const auto layers = live->until([](const LiveState& s) { return s.settings.layers && s.picture(LivePicture::Normal) && !s.refining; }, "layers");
+    EXPECT_EQ(layers->picture(LivePicture::Image), last->picture(LivePicture::Image));
+    EXPECT_EQ(layers->imageSamples, drawn);
+    (*live)->change([&](LiveSettings& s) { s.sppLimit = drawn; });
+    const auto refined = live->until([&](const LiveState& s) { return s.settings.sppLimit == drawn && !s.refining; }, "as many samples");
+    EXPECT_FALSE(refined->imageCarried);
+    EXPECT_EQ(refined->imageSamples, drawn);
+    EXPECT_NE(refined->picture(LivePicture::Image), last->picture(LivePicture::Image));
+    EXPECT_NE(refined->picture(LivePicture::Difference), last->picture(LivePicture::Difference));
 }
 
 TEST_F(LiveOptimize, ChangesOfMindTakeEffectInMidRun) {
