@@ -13,9 +13,12 @@ namespace cmpg::viewer {
 void drawLossPlot(const Rectangle& area, std::span<const double> loss) {
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     const float font = ImGui::GetFontSize();
+    // Its last value stands beside the title: in the column of the ticks it would be taken for one.
     draw.AddText({area.x, area.y}, packed(kInk), "loss");
+    if (!loss.empty())
+        draw.AddText({area.x + ImGui::CalcTextSize("loss").x + 0.8f * font, area.y}, packed(kAccent), shortNumber(loss.back()).c_str());
     const float left = area.x + 4.2f * font, right = area.right() - 0.6f * font;
-    const float top = area.y + 0.5f * font, bottom = area.bottom() - 1.5f * font;
+    const float top = area.y + 1.8f * font, bottom = area.bottom() - 1.5f * font;
     if (right - left < 2 * font || bottom - top < font)
         return;
     draw.AddRectFilled({left, top}, {right, bottom}, packed({0.085f, 0.085f, 0.09f, 1}));
@@ -23,8 +26,6 @@ void drawLossPlot(const Rectangle& area, std::span<const double> loss) {
         draw.AddText({left + 0.8f * font, 0.5f * (top + bottom - font)}, packed(kDim), "no step yet");
         return;
     }
-    const std::string now = shortNumber(loss.back());
-    draw.AddText({area.x, area.y + 1.2f * font}, packed(kAccent), now.c_str());
     const CurveAxes axes = axesOf(loss);
     const auto x = [&](double step) { return left + float(axes.across(step)) * (right - left); };
     const auto y = [&](double value) { return bottom - float(axes.up(value)) * (bottom - top); };
@@ -32,7 +33,7 @@ void drawLossPlot(const Rectangle& area, std::span<const double> loss) {
     for (const double tick : axes.ticks) {
         const float at = std::round(y(tick));
         draw.AddLine({left, at}, {right, at}, packed(kDim, 0.25f));
-        if (free - at < 1.1f * font || at < area.y + 2.6f * font)
+        if (free - at < 1.1f * font)
             continue;
         const std::string label = shortNumber(tick);
         draw.AddText({left - ImGui::CalcTextSize(label.c_str()).x - 0.3f * font, at - 0.5f * font}, packed(kDim), label.c_str());

@@ -165,7 +165,7 @@ void drawPanels(Desk& desk, const Rectangle& area, std::vector<PanelQuad>& quads
     desk.looks.update(*desk.state, pictures);
     Rectangle space = area;
     const bool plot = desk.state->settings.mode == LiveMode::Optimize;
-    const float plotHeight = std::round(std::clamp(0.16f * area.height, 5 * font, 10 * font));
+    const float plotHeight = std::round(std::clamp(0.16f * area.height + 1.3f * font, 5 * font, 11 * font));
     if (plot)
         space.height -= plotHeight + 0.6f * font;
     float aspect = 1;
