@@ -16,12 +16,13 @@ using Edit = std::function<void(LiveSettings&)>;
 void drawMode(Desk& desk) {
     const LiveMode mode = desk.state->settings.mode;
     const std::pair<const char*, LiveMode> modes[] = {{"Render", LiveMode::Render}, {"Gradient", LiveMode::Gradient}, {"Optimise", LiveMode::Optimize}};
-    const float width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
-    for (const auto& [name, value] : modes) {
-        if (value != LiveMode::Render)
+    const char* const names[] = {modes[0].first, modes[1].first, modes[2].first};
+    const std::vector<float> widths = widthsOfButtons(names);
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+        if (i > 0)
             ImGui::SameLine();
-        if (choiceButton(name, value == mode, width))
-            desk.session.change([v = value](LiveSettings& s) { s.mode = v; });
+        if (choiceButton(modes[i].first, modes[i].second == mode, widths[i]))
+            desk.session.change([v = modes[i].second](LiveSettings& s) { s.mode = v; });
     }
 }
 
@@ -39,6 +40,41 @@ void drawRun(Desk& desk) {
     if (ImGui::Button("Reset", {width, 0}))
         desk.session.reset();
     tip("Values, steps and guide as at first");
+}
+
+// The scene's name and, beside it, what is amiss in its file: nothing below moves by that.
+void drawScene(const Desk& desk) {
+    const std::string name = desk.sceneName();
+    const std::size_t count = desk.state->scene ? desk.state->scene->warnings.size() : 0;
+    if (count == 0) {
+        ImGui::TextUnformatted(shortened(name, ImGui::GetContentRegionAvail().x).c_str());
+        return;
+    }
+    const std::string label = std::to_string(count) + (count == 1 ? " warning" : " warnings");
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
+    const float width = ImGui::CalcTextSize(label.c_str()).x + 2 * style.FramePadding.x;
+    ImGui::TextUnformatted(shortened(name, ImGui::GetContentRegionAvail().x - width - style.ItemSpacing.x).c_str());
+    ImGui::SameLine(right - width);
+    ImGui::PushStyleColor(ImGuiCol_Text, kAccent);
+    if (ImGui::SmallButton((label + "###warnings").c_str()))
+        ImGui::OpenPopup("warnings");
+    ImGui::PopStyleColor();
+    const auto list = [&] {
+        ImGui::PushTextWrapPos(std::min(30 * ImGui::GetFontSize(), 0.8f * ImGui::GetIO().DisplaySize.x));
+        for (const std::string& warning : desk.state->scene->warnings)
+            ImGui::TextUnformatted(warning.c_str());
+        ImGui::PopTextWrapPos();
+    };
+    if (ImGui::IsItemHovered() && !ImGui::IsPopupOpen("warnings")) {
+        ImGui::BeginTooltip();
+        list();
+        ImGui::EndTooltip();
+    }
+    if (ImGui::BeginPopup("warnings")) {
+        list();
+        ImGui::EndPopup();
+    }
 }
 
 void drawError(Desk& desk) {
@@ -103,12 +139,18 @@ void drawParameters(Desk& desk, std::size_t most) {
         if (items[i].name.find(wanted) == std::string::npos)
             continue;
         bool on = std::find(selected.begin(), selected.end(), i) != selected.end();
-        if (ImGui::Checkbox(items[i].name.c_str(), &on))
+        // The name goes before the size, where there is no room for both.
+        const float room = ImGui::GetContentRegionAvail().x - ImGui::GetFrameHeight() - ImGui::GetStyle().ItemInnerSpacing.x;
+        const std::string name = shortened(items[i].name, room);
+        const std::string size = items[i].textured ? std::to_string(items[i].width) + " x " + std::to_string(items[i].height) : "";
+        const float sizeWidth = ImGui::CalcTextSize(size.c_str()).x;
+        const bool both = ImGui::CalcTextSize(name.c_str()).x + ImGui::GetStyle().ItemSpacing.x + sizeWidth <= room;
+        if (ImGui::Checkbox((name + "###" + items[i].name).c_str(), &on))
             select(desk, i, on);
-        if (items[i].textured) {
-            const std::string size = std::to_string(items[i].width) + " x " + std::to_string(items[i].height);
-            const float right = ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(size.c_str()).x;
-            ImGui::SameLine(right);
+        if (name != items[i].name || !both)
+            tip((items[i].name + (size.empty() ? "" : "   " + size)).c_str());
+        if (!size.empty() && both) {
+            ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - sizeWidth);
             ImGui::TextDisabled("%s", size.c_str());
         }
     }
@@ -155,14 +197,15 @@ void drawOptimization(Desk& desk) {
         if (beginField("target shown") && ImGui::SliderInt("##view", &view, 0, int(desk.state->views) - 1))
             desk.session.change([&](LiveSettings& s) { s.view = std::uint32_t(view); });
     }
+    const char* const kStart = "Start from grey";
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Button("Start from grey", {half, 0}))
+    if (button(kStart, std::max(half, ImGui::CalcTextSize(kStart).x + 4)))
         desk.session.fill(desk.fill);
     tip("All entries of the selected parameters become this grey; the steps then find what the target shows");
     ImGui::SameLine();
-    ImGui::SetNextItemWidth(half);
+    ImGui::SetNextItemWidth(-1);
     ImGui::SliderFloat("##fill", &desk.fill, 0, 1, "%.2f");
-    if (ImGui::Button("Take the image as target", {-1, 0}))
+    if (button("Take the image as target", ImGui::GetContentRegionAvail().x))
         desk.session.useImageAsTarget();
 }
 
@@ -203,8 +246,11 @@ void drawLook(Desk& desk) {
     if (ImGui::Checkbox("Layers", &desk.layers))
         desk.applyLayers();
     tip("Panels of normal, depth, albedo, guided share and cells");
+    const char* const kCells = "Cells of the guide";
     ImGui::SameLine();
-    if (ImGui::Checkbox("Cells of the guide", &desk.cells))
+    if (ImGui::GetContentRegionAvail().x < ImGui::GetFrameHeight() + ImGui::GetStyle().ItemInnerSpacing.x + ImGui::CalcTextSize(kCells).x)
+        ImGui::NewLine();
+    if (ImGui::Checkbox(kCells, &desk.cells))
         desk.applyLayers();
     tip("Over the image");
 }
@@ -214,13 +260,14 @@ void drawSave(Desk& desk) {
     std::snprintf(folder, sizeof folder, "%s", desk.folder.c_str());
     if (beginField("folder") && ImGui::InputText("##folder", folder, sizeof folder))
         desk.folder = folder;
-    const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+    const char* const labels[] = {"Picture (PNG)", "Values (EXR)"};
+    const std::vector<float> widths = widthsOfButtons(labels);
     for (const Desk::As as : {Desk::As::Seen, Desk::As::Values}) {
         const bool values = as == Desk::As::Values;
         if (values)
             ImGui::SameLine();
-        const char* const label = values ? "Values (EXR)" : "Picture (PNG)";
-        if (ImGui::Button(label, {width, 0}))
+        const char* const label = labels[values];
+        if (button(label, widths[values]))
             ImGui::OpenPopup(label);
         if (ImGui::BeginPopup(label)) {
             for (const LivePicture picture : picturesOf(desk.state->settings.mode, desk.layers))
@@ -231,13 +278,8 @@ void drawSave(Desk& desk) {
             ImGui::EndPopup();
         }
     }
-    if (ImGui::Button("Scene with the values recovered", {-1, 0}))
+    if (button("Scene with values recovered", ImGui::GetContentRegionAvail().x))
         desk.saveScene();
-    if (!desk.saved.empty()) {
-        ImGui::PushTextWrapPos(0);
-        ImGui::TextColored(kAccent, "%s", desk.saved.c_str());
-        ImGui::PopTextWrapPos();
-    }
 }
 
 } // namespace
@@ -251,7 +293,7 @@ void drawControls(Desk& desk, const Rectangle& area) {
     ImGui::SetNextWindowSize({area.width, area.height});
     ImGui::Begin("controls", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
-    ImGui::TextUnformatted(desk.sceneName().c_str());
+    drawScene(desk);
     drawError(desk);
     drawMode(desk);
     drawRun(desk);

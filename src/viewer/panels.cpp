@@ -7,6 +7,7 @@
 #include "viewer/loss_plot.h"
 #include "viewer/picture_text.h"
 #include "viewer/theme.h"
+#include "viewer/widgets.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,16 +16,6 @@ namespace cmpg::viewer {
 namespace {
 
 constexpr float kClick = 4; // pixels the mouse may move in a click
-
-// Text that ends with dots where it does not fit.
-std::string shortened(const std::string& text, float width) {
-    if (ImGui::CalcTextSize(text.c_str()).x <= width)
-        return text;
-    std::string head = text;
-    while (!head.empty() && ImGui::CalcTextSize((head + "...").c_str()).x > width)
-        head.pop_back();
-    return head.empty() ? "" : head + "...";
-}
 
 void dragCamera(Desk& desk, glm::vec2 moved, float height, ImGuiMouseButton button) {
     desk.changeCamera([&](Camera& camera) {

@@ -3,7 +3,9 @@
 
 #include "viewer/picture_text.h"
 #include "viewer/theme.h"
+#include "viewer/widgets.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg::viewer {
@@ -35,14 +37,21 @@ void drawStatusLine(const Desk& desk, const Rectangle& area) {
         std::snprintf(speed, sizeof speed, "%.2g M samples/s   ", state.samplesPerSecond * 1e-6);
         right = speed + right;
     }
-    const float width = ImGui::CalcTextSize(right.c_str()).x;
-    draw.PushClipRect({area.x, area.y}, {area.right(), area.bottom()}, true);
-    const std::string left = desk.hover ? hoverText(desk) : "F1: keys and gestures     click: the guide at that point     drop: a scene or a target";
+    // The last message stays: in the place of the hint, or at the right of what is under the cursor. A file's name is its end.
+    std::string left = desk.hover ? hoverText(desk) : desk.saved;
+    const bool hint = left.empty();
+    if (hint)
+        left = "F1: keys and gestures     click: the guide at that point     drop: a scene, a target or both";
+    const bool told = desk.hover && !desk.saved.empty();
+    const float gap = ImGui::GetFontSize();
+    left = desk.hover || hint ? shortened(left, area.width) : shortenedAtFront(left, area.width);
     const float leftWidth = ImGui::CalcTextSize(left.c_str()).x;
-    draw.AddText({area.x, y}, packed(desk.hover ? kInk : kDim), left.c_str());
-    if (leftWidth + width + ImGui::GetFontSize() < area.width)
-        draw.AddText({area.right() - width, y}, packed(kDim), right.c_str());
-    draw.PopClipRect();
+    draw.AddText({area.x, y}, packed(desk.hover ? kInk : hint ? kDim : kAccent), left.c_str());
+    if (told)
+        right = shortenedAtFront(desk.saved, area.width - leftWidth - gap);
+    const float width = ImGui::CalcTextSize(right.c_str()).x;
+    if (leftWidth + width + gap <= area.width)
+        draw.AddText({area.right() - width, y}, packed(told ? kAccent : kDim), right.c_str());
 }
 
 void drawNotice(const Desk& desk, const Rectangle& area) {
@@ -51,8 +60,9 @@ void drawNotice(const Desk& desk, const Rectangle& area) {
         return;
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     const float font = ImGui::GetFontSize();
-    const ImVec2 size = ImGui::CalcTextSize(state.notice.c_str());
-    const float width = size.x + 3.4f * font, height = 2 * font;
+    const float wrap = std::max(4 * font, area.width - 3.4f * font);
+    const ImVec2 size = ImGui::CalcTextSize(state.notice.c_str(), nullptr, false, wrap);
+    const float width = size.x + 3.4f * font, height = size.y + font;
     const ImVec2 corner(std::round(area.x + 0.5f * (area.width - width)), std::round(area.y + 0.35f * (area.height - height)));
     draw.AddRectFilled(corner, {corner.x + width, corner.y + height}, packed({0.08f, 0.08f, 0.09f, 0.92f}), 4);
     draw.AddRect(corner, {corner.x + width, corner.y + height}, packed(kAccent, 0.6f), 4);
@@ -64,7 +74,7 @@ void drawNotice(const Desk& desk, const Rectangle& area) {
     } else {
         draw.AddCircleFilled(middle, 0.25f * font, packed(kAccent));
     }
-    draw.AddText({corner.x + 2.2f * font, corner.y + 0.5f * (height - size.y)}, packed(kInk), state.notice.c_str());
+    draw.AddText(nullptr, 0, {corner.x + 2.2f * font, corner.y + 0.5f * (height - size.y)}, packed(kInk), state.notice.c_str(), nullptr, wrap + 1);
 }
 
 } // namespace cmpg::viewer

@@ -8,6 +8,8 @@
 #include "session/parameter_values.h"
 #include "session/session.h"
 
+#include <fstream>
+
 namespace cmpg::test {
 namespace {
 
@@ -194,6 +196,21 @@ TEST(LiveRefine, ATargetBelongsToTheSceneItWasAskedForWith) {
     EXPECT_EQ(live.untilError(1)->targets, std::vector{own});
     live->train();
     EXPECT_EQ(live.until([](const LiveState& s) { return s.guidePasses == 1; }, "a pass")->targets, std::vector{own});
+}
+
+TEST(LiveRefine, ASceneTellsWhatItLacks) {
+    const ScratchFolder scratch;
+    std::ofstream(scratch / "empty.gltf") << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{}]})";
+    Options options = liveOptions("box");
+    options.input = (scratch / "empty.gltf").string();
+    options.spp = 1;
+    Watched live(options);
+    const auto state = live.untilRefined();
+    const auto warns = [&](const char* of) {
+        return std::any_of(state->scene->warnings.begin(), state->scene->warnings.end(), [&](const std::string& w) { return w.find(of) != std::string::npos; });
+    };
+    EXPECT_TRUE(warns("no triangles"));
+    EXPECT_TRUE(warns("no light"));
 }
 
 // A mask is of a camera of the scene that it was given with.
