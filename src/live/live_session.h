@@ -105,11 +105,11 @@ struct LiveState {
     std::array<std::shared_ptr<const Image>, kLivePictures> pictures{}; // null: nothing to show
     const std::shared_ptr<const Image>& picture(LivePicture p) const { return pictures[std::size_t(p)]; }
 
-    std::uint32_t imageSamples = 0;    // per pixel, of Image; of one that is carried, as many as were drawn for it by all steps, at most
+    std::uint32_t imageSamples = 0;    // per pixel, of Image; of one that is carried, of a step
     std::uint32_t gradientSamples = 0; // per pixel, of Gradient
     // Gradient is a fading mean over the last steps, whose parameters differed: only while an optimisation runs.
     bool gradientFading = false;
-    // Image is the one that the steps carry on, of almost the same parameters: until a refined one has as many samples.
+    // Image is the one that the steps carry on, which gathers the samples of many: until a refined one has less noise.
     bool imageCarried = false;
     bool preview = false;  // Image (and Gradient) are of a smaller size, made in haste: the view has just changed
     bool refining = false; // false: paused, or sppLimit is reached, or there is nothing to do

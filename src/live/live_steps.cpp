@@ -4,8 +4,20 @@
 #include "session/library_options.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cmpg {
+namespace {
+
+double squaredDistance(const Image& a, const Image& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+        if (const double d = double(a.values[i]) - double(b.values[i]); std::isfinite(d))
+            sum += d * d;
+    return sum;
+}
+
+} // namespace
 
 void LiveWork::dropRecovery(bool keepProgress) {
     if (recovery_ && keepProgress)
@@ -18,11 +30,6 @@ void LiveWork::dropRecovery(bool keepProgress) {
         state_.secondsPrimal = state_.secondsGradient = state_.secondsUpdate = state_.rate = 0;
     }
     recovery_.reset();
-    carriedSamples_ = 0;
-}
-
-std::uint32_t LiveWork::samplesOfStep() const {
-    return carriesImages() ? carriedSamples_ + std::max(settings_.spp, options_.recovery.sppDifference) : settings_.spp;
 }
 
 void LiveWork::ensureRecovery() {
@@ -34,7 +41,7 @@ void LiveWork::ensureRecovery() {
     recovery_->onImage([this](std::size_t view, const Image& image) {
         if (view != settings_.view)
             return;
-        state_.imageSamples = samplesOfStep();
+        state_.imageSamples = settings_.spp;
         state_.imageCarried = carriesImages();
         showImage(image);
         hooks_.publish();
@@ -62,10 +69,30 @@ void LiveWork::step() {
     const std::uint32_t fadingSteps = fadingSteps_;
     restartFilms(); // the parameters moved
     fadingSteps_ = fadingSteps;
-    carriedSamples_ = state_.imageSamples = samplesOfStep();
+    state_.imageSamples = settings_.spp;
     state_.imageCarried = carriesImages();
     fadeGradient();
     updateGuideFigures();
+}
+
+// The image that steps carry on has as many samples as the parameters moved little, which they do not tell. So its noise is measured: it differs from the
+// refined one by the noise of both, and the refined one from what it was with fewer samples by some of its own.
+bool LiveWork::outdoesCarried(const v1::Film& film) {
+    const auto& carried = state_.picture(LivePicture::Image);
+    Image now = film.image();
+    if (!carried || carried->values.size() != now.values.size())
+        return true;
+    bool better = false;
+    if (const double before = earlierSamples_, samples = film.samples(); before > 0 && samples > before) {
+        constexpr double kClearly = 2; // times less noise
+        const double noise = squaredDistance(now, earlier_) * before / (samples - before);
+        better = squaredDistance(now, *carried) >= (kClearly + 1) * noise;
+    }
+    if (film.samples() >= 2 * earlierSamples_) {
+        earlier_ = std::move(now);
+        earlierSamples_ = film.samples();
+    }
+    return better;
 }
 
 // One sample per pixel of the gradient image after every step, averaged over the last steps, since the image changes little between them.

@@ -217,6 +217,7 @@ void LiveWork::restartFilms() {
     fadingSteps_ = 0;
     state_.imageSamples = state_.gradientSamples = 0;
     state_.imageCarried = false;
+    earlierSamples_ = 0;
     drawnBefore_ = guidedBefore_ = 0;
     for (const GuidedDepth& d : report().depths) {
         drawnBefore_ += d.drawn;
@@ -256,17 +257,19 @@ bool LiveWork::previewed(Refined& r, bool forward) {
 
 void LiveWork::refine(Refined& r, bool forward) {
     previewed(r, forward);
-    const std::uint32_t spp = r.nextSamples(settings_.sppLimit);
+    std::uint32_t spp = r.nextSamples(settings_.sppLimit);
+    const bool beside = !forward && state_.imageCarried;
+    if (beside && r.film.samples() == 0)
+        spp = std::max(1u, spp / 2); // leaves some to compare with
     const double seconds = expose(spp, r.film, forward);
     r.pathsPerSecond = double(spp) * double(r.film.pixels()) / std::max(1e-6, seconds);
     state_.samplesPerSecond = r.pathsPerSecond;
     state_.preview = false;
     if (!forward)
         showLayers(r.film);
-    // After a step there are pictures already of almost the same parameters and, until as many samples are there, of less noise: the image that the steps carry
-    // on has at most the worth of all the samples that they drew for it.
+    // After a step there are pictures already of less noise, of the same or almost the same parameters.
     std::uint32_t& shown = forward ? state_.gradientSamples : state_.imageSamples;
-    if (r.film.samples() >= shown) {
+    if (beside ? outdoesCarried(r.film) : r.film.samples() >= shown) {
         shown = r.film.samples();
         if (forward) {
             state_.gradientFading = false;

@@ -69,7 +69,7 @@ class LiveWork {
     bool previewed(Refined& film, bool forward);
     void train();
     void step();
-    std::uint32_t samplesOfStep() const; // per pixel, that the image of the step under way has, those of earlier ones included; at most
+    bool outdoesCarried(const v1::Film& film); // by its noise
     bool carriesImages() const { return options_.recovery.sppDifference > 0; }
     void fadeGradient();
 
@@ -94,10 +94,11 @@ class LiveWork {
     v1::RecoveryProgress progress_;        // of a recovery that had to go, for the next one
 
     Refined image_, gradient_;
+    Image earlier_; // of image_, when it had earlierSamples_: how far it changed since tells its noise
+    std::uint32_t earlierSamples_ = 0;
     Image fading_; // mean of the gradient images of the last steps
     std::uint32_t fadingSteps_ = 0;
     bool previewing_ = false;
-    std::uint32_t carriedSamples_ = 0; // per pixel, that the steps of recovery_ drew for the images that they carry on, at most
     std::uint32_t steps_ = 0, training_ = 0; // asked for
     std::vector<double> loss_;
     std::uint64_t drawnBefore_ = 0, guidedBefore_ = 0; // directions, when the films began
