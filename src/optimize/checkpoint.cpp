@@ -324,7 +324,7 @@ std::optional<Checkpoint> findCheckpoint(const std::filesystem::path& folder, st
         if (!std::filesystem::exists(file, ignored))
             continue;
         try {
-            return readCheckpoint(parseSections(readFile(file, kMostCheckpointBytes)));
+            return readCheckpoint(readCheckpointFile(file));
         } catch (const Error& error) {
             refused.push_back(file.string() + ": " + error.what() + (error.cause.empty() ? "" : " (" + error.cause + ")"));
         }

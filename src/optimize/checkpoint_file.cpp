@@ -8,6 +8,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <stdexcept>
 #include <zlib.h>
 
 namespace cmpg {
@@ -23,6 +27,8 @@ std::uint32_t checksum(std::span<const std::uint8_t> bytes, std::uint32_t before
 }
 
 Error refusal(const std::string& what, const std::string& cause) { return {ErrorKind::Input, what, cause}; }
+
+Error noCheckpoint() { return refusal("it is no checkpoint", "it is another kind of file, damaged at its beginning, or empty"); }
 
 // errno of the first thing that failed; 0: it is on the disk.
 int writeSynced(const fs::path& file, std::span<const std::uint8_t> bytes) {
@@ -59,7 +65,7 @@ Bytes joinSections(const std::vector<FileSection>& sections) {
 
 std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < 8 || ByteReader(bytes).get<std::uint64_t>() != kMagic)
-        throw refusal("it is no checkpoint", "it is another kind of file, damaged at its beginning, or empty");
+        throw noCheckpoint();
     if (bytes.size() < kHeaderBytes)
         throw refusal("it is truncated", "writing or copying it was cut short");
     ByteReader in(bytes.subspan(8));
@@ -91,6 +97,19 @@ std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes) {
     if (at != bytes.size())
         throw refusal("it has bytes after its end", "writing or copying it went wrong");
     return sections;
+}
+
+std::vector<FileSection> readCheckpointFile(const fs::path& file) try {
+    std::ifstream stream(file, std::ios::binary);
+    Bytes beginning(kHeaderBytes);
+    stream.read(reinterpret_cast<char*>(beginning.data()), std::streamsize(beginning.size()));
+    if (stream.gcount() == std::streamsize(kHeaderBytes) && ByteReader(beginning).get<std::uint64_t>() != kMagic)
+        throw noCheckpoint();
+    return parseSections(readFile(file, std::numeric_limits<std::uintmax_t>::max())); // which says what is wrong with files that cannot be read, too
+} catch (const std::bad_alloc&) {
+    throw refusal("it does not fit into memory", "it is of a larger machine, or damaged");
+} catch (const std::length_error&) {
+    throw refusal("it does not fit into memory", "it is of a larger machine, or damaged");
 }
 
 void writeCheckpointFile(const fs::path& folder, const std::vector<FileSection>& sections) {

@@ -7,9 +7,6 @@
 
 namespace cmpg {
 
-// More than any machine's memory holds: one of a texture of 8192 x 8192 texels has 6 GB.
-constexpr std::uintmax_t kMostCheckpointBytes = std::uintmax_t(1) << 44;
-
 struct FileSection {
     std::string name; // 1 to 8 characters
     Bytes bytes;
@@ -26,6 +23,9 @@ void writeCheckpointFile(const std::filesystem::path& folder, const std::vector<
 // run. Returns the new name, empty where there was none. Error(Output) if that fails.
 std::filesystem::path setCheckpointsAside(const std::filesystem::path& folder);
 
+// Of any size, since one of a texture of 8192 x 8192 texels has 6 GB. Error(Input) on what is no checkpoint, which is not read into memory, and on what does not
+// fit there; as parseSections().
+std::vector<FileSection> readCheckpointFile(const std::filesystem::path& file);
 // Error(Input) on anything that was not written like this, to the last bit; the message says what is wrong.
 std::vector<FileSection> parseSections(std::span<const std::uint8_t> bytes);
 Bytes joinSections(const std::vector<FileSection>& sections);
