@@ -104,7 +104,9 @@ TEST_P(Sides, CornersRunEitherWay) {
         expectEqual(front, outputs(true, false, false, 16 * kSpp), 0.03, "without light sampling"); // noise of about 1 %
 }
 
-TEST_P(Sides, CornersRunEitherWayWhereDirectionsAreGuided) {
+class GuidedSides : public Sides {};
+
+TEST_P(GuidedSides, CornersRunEitherWay) {
     const Outputs front = outputs(false, true);
     expectEqual(front, outputs(true, true), 2e-3, "guided"); // one path that rounding sends elsewhere teaches the guide something else
 }
@@ -131,12 +133,15 @@ TEST_P(Sides, OneSidedSurfacesAreBlackFromBehind) {
 
 std::string lightingName(const testing::TestParamInfo<Lighting>& lighting) { return lighting.param.name; }
 
-INSTANTIATE_TEST_SUITE_P(Lights, Sides,
-                         testing::Values(Lighting{"Panel", true}, Lighting{"Sky", false, true}, Lighting{"Points", false, false, {kPoint, kOther}},
-                                         Lighting{"Spots", false, false, {kSpot, kSpot}}, Lighting{"Suns", false, false, {kSun, kSun}},
-                                         Lighting{"OnePoint", false, false, {kPoint}},
-                                         Lighting{"All", true, true, {kPoint, kSpot, kSun}}),
-                         lightingName);
+const Lighting kAll{"All", true, true, {kPoint, kSpot, kSun}};
+const auto kSingle = testing::Values(Lighting{"Panel", true}, Lighting{"Sky", false, true}, Lighting{"Points", false, false, {kPoint, kOther}},
+                                     Lighting{"Spots", false, false, {kSpot, kSpot}}, Lighting{"Suns", false, false, {kSun, kSun}},
+                                     Lighting{"OnePoint", false, false, {kPoint}});
+
+INSTANTIATE_TEST_SUITE_P(Lights, Sides, kSingle, lightingName);
+INSTANTIATE_TEST_SUITE_P(AllLights, Sides, testing::Values(kAll), lightingName);
+INSTANTIATE_TEST_SUITE_P(AllLights, GuidedSides, testing::Values(kAll), lightingName); // a guide does not know which light it learned from; one kind each: long tests
+INSTANTIATE_TEST_SUITE_P(FullLights, GuidedSides, kSingle, lightingName);
 
 } // namespace
 } // namespace cmpg::test
