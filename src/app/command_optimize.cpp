@@ -194,31 +194,27 @@ void warnOfEnds(const Session& session, const v1::Recovery& run, const std::vect
     }
 }
 
-// Warns of parameters that no step has reached once steps have seen every view.
+// Warns of parameters that no step has reached, after as many steps as there are views: each was seen by then, whatever their order.
 class UnreachedParameters {
   public:
-    UnreachedParameters(const Session& session, const Options& options, std::size_t views)
-        : session_(session), left_(session.parameters), stepsForAll_(seesAllAtOnce(options.recovery.viewsPerStep, views) ? 1 : views) {}
+    UnreachedParameters(const Session& session, std::size_t views) : session_(session), left_(session.parameters), views_(views) {}
 
     void afterStep(const v1::Recovery& run) {
-        if (run.steps() > stepsForAll_)
+        if (run.steps() > views_)
             return;
         std::erase_if(left_, [&](const std::string& name) {
             const std::vector<double> gradient = run.gradient(name);
             return std::any_of(gradient.begin(), gradient.end(), [](double g) { return std::isfinite(g) && g != 0; });
         });
-        if (run.steps() == stepsForAll_)
+        if (run.steps() == views_)
             for (const std::string& name : left_)
                 warnUnreached(session_.host(), name, false);
     }
 
   private:
-    // Else views take turns for some steps at least, one a step or more.
-    static bool seesAllAtOnce(std::uint32_t viewsPerStep, std::size_t views) { return viewsPerStep == 0 ? views <= 3 : viewsPerStep >= views; }
-
     const Session& session_;
     std::vector<std::string> left_;
-    std::size_t stepsForAll_;
+    std::size_t views_;
 };
 
 ExitStatus tellErrors(const Options& options, Report& report, const v1::GradientErrors& errors) {
@@ -268,7 +264,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     });
 
     RunLog runLog(log, how.steps);
-    UnreachedParameters unreached(session, options, views.views.size());
+    UnreachedParameters unreached(session, views.views.size());
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, how.steps);
     double lastStep = report.elapsed();
     std::uint32_t end = std::min(how.steps, options.stopAfter.value_or(how.steps));

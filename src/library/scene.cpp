@@ -179,8 +179,9 @@ void Scene::set(const std::string& name, std::span<const float> values) {
 void Scene::resize(const std::string& name, int width, int height) {
     const std::lock_guard lock(state_->mutex);
     const std::uint32_t index = state_->scene.parameter(name);
-    require(width >= 1 && width <= int(kMostTexels), "width", "from 1 to 8192");
-    require(height >= 1 && height <= int(kMostTexels), "height", "from 1 to 8192");
+    const std::string range = "from 1 to " + std::to_string(kMostTexels);
+    require(width >= 1 && width <= int(kMostTexels), "width", range);
+    require(height >= 1 && height <= int(kMostTexels), "height", range);
     if (const cmpg::Parameter& now = state_->scene.parameters[index]; int(now.width) == width && int(now.height) == height)
         return; // renderers have nothing to follow
     cmpg::resize(state_->scene, index, std::uint32_t(width), std::uint32_t(height));

@@ -144,7 +144,10 @@ fs::path setCheckpointsAside(const fs::path& folder) {
         std::error_code error;
         if (!fs::exists(file, error))
             continue;
-        kept ? void(fs::remove(file, error)) : fs::rename(file, aside, error);
+        if (kept)
+            fs::remove(file, error);
+        else
+            fs::rename(file, aside, error);
         if (error)
             throw Error(ErrorKind::Output, "cannot set " + file.string() + " aside, of an earlier run: " + error.message(), "no permission", "choose another folder");
         kept = true;

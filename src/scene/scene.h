@@ -38,7 +38,8 @@ inline bool shapesLobe(SlotKind kind) {
 
 enum class Wrap : std::uint32_t { Repeat, Clamp, Mirror };
 
-constexpr float kLongestNormal = 1e6f; // as large as a normal map's scale may be
+constexpr std::uint32_t kMostTexels = 8192; // along an edge of a texture, of a file or made by resize()
+constexpr float kLongestNormal = 1e6f;      // as large as a normal map's scale may be
 
 // One parameter: every slot that a material has is one, constant (1x1) or textured.
 struct Parameter {

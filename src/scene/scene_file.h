@@ -17,7 +17,7 @@ struct EnvironmentFile {
 
 struct LoadOptions {
     // What is larger is refused, since a small file can ask for much: by instances, shared accessors, and images shared by materials.
-    std::size_t maxTextureSize = 8192;                       // edge in texels
+    std::size_t maxTextureSize = kMostTexels;                // edge in texels
     std::uint64_t maxTriangles = std::uint64_t(1) << 27;     // instances included; also a third of the vertices
     std::uint64_t maxTextureBytes = std::uint64_t(16) << 30; // of all slots of all materials
 

@@ -57,7 +57,7 @@ void checkTexture(const JsonView& info, const JsonView& root) {
     if (!info.exists()) return;
     info["index"].required().index(root["textures"].size(), "texture");
     info["texCoord"].integer(0, kMaxTexcoord);
-    info["scale"].number(-1e6f, 1e6f); // of normal textures
+    info["scale"].number(-kLongestNormal, kLongestNormal); // of normal textures
     const JsonView transform = info["extensions"]["KHR_texture_transform"];
     transform["offset"].numbers(2);
     transform["scale"].numbers(2);
