@@ -155,15 +155,15 @@ void main() {
     if (kReverse) tapePut3(slot, kPlaneThroughput, prefix.throughput);
     SurfacePoint p = surfacePoint(hit.triangle, hit.barycentrics);
     if (kBlend) chooseBlended(p, sampleSet(vertexKey(ray, prefix), kSetBlend).x);
-    SurfaceMaterial sampling = surfaceMaterial(p, 0, 0);
+    const vec3 wo = -ray.direction;
+    SurfaceMaterial sampling = surfaceMaterial(p, wo, 0, 0);
     SurfaceMaterial value = sampling;
-    if (kFrozen) value = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
+    if (kFrozen) value = surfaceMaterial(p, wo, scene.frozenMaterials, scene.frozenTexels);
     SurfaceMaterial secondValue = sampling;
-    if (kDifference) secondValue = surfaceMaterial(p, scene.frozenMaterials, scene.frozenTexels);
+    if (kDifference) secondValue = surfaceMaterial(p, wo, scene.frozenMaterials, scene.frozenTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     const bool differentiated = kDiffSurface && ((sampling.surface.asked & kScatteringSlots) != 0 ||
                                                  (kDiffWeight && (sampling.flags & kMaterialWeightDifferentiated) != 0));
-    const vec3 wo = -ray.direction;
     if (IS_DIELECTRIC(sampling.surface)) {
         sampling.normal = boundaryNormal(sampling.surface, sampling.normal, p.faceNormal, wo);
         if (kFrozen) value.normal = boundaryNormal(value.surface, value.normal, p.faceNormal, wo);

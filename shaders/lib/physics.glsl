@@ -3,6 +3,7 @@
 #include "lib/sampler.glsl"
 #include "lib/warp.glsl"
 #include "lib/bsdf.glsl"
+#include "lib/mapped_normal.glsl"
 #include "lib/mis.glsl"
 #include "lib/texel.glsl"
 #include "lib/environment.glsl"

@@ -24,19 +24,31 @@ vec3 anisotropyDirection(SurfacePoint p) {
     return length2 > 1e-8 ? frame * vec3(d * inversesqrt(length2), 0.0) : frame[0];
 }
 
-// Of a clear coat with normals of its own, unit; zero: it has those of what is below.
-vec3 clearCoatNormal(SurfacePoint p) {
+// Of a clear coat with normals of its own, unit; zero: it has those of what is below. Seen from wo.
+vec3 clearCoatNormal(SurfacePoint p, vec3 wo) {
     const uint place = slotTexel((p.material * kSlotsPerMaterial + kSlotClearcoat) * kSlotTexels + 2).w;
     if (place == kNone) return vec3(0);
     const SlotAddress a = slotAddressAt(place, p.uv0, p.uv1);
     vec2 n = vec2(0);
     for (uint k = 0; k < 4; ++k) n += a.texels.weight[k] * unpackSnorm2x16(packedTexel(a.offset + a.texels.index[k]));
     const mat3 frame = tangentFrame(p, kTexcoord1 && (a.flags & kSlotTexcoord1) != 0);
-    return normalize(frame * vec3(n, sqrt(max(1.0 - dot(n, n), 0.0))));
+    return visibleNormal(p.normal, normalize(frame * vec3(n, sqrt(max(1.0 - dot(n, n), 0.0)))), wo);
 }
 
-// The unit tangent-space normal is t/|t|; world normal = frame * t/|t|.
-SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint frozenTexels) {
+// The unit vector t / |t| of the normal map, t being its texels' mean, in world space; shorter vectors are replaced by the surface's own normal, which does
+// not depend on them. inverseLength: 1 / |t|, or 0 there.
+vec3 mappedNormal(SurfacePoint p, uint frozenTexels, OUT(mat3) frame, OUT(vec3) t, OUT(float) inverseLength) {
+    const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
+    const float length2 = dot(raw, raw);
+    inverseLength = length2 > 1e-20 ? inversesqrt(length2) : 0.0;
+    t = raw * inverseLength;
+    const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
+    frame = tangentFrame(p, second);
+    return inverseLength > 0.0 ? normalize(frame * t) : p.normal;
+}
+
+// Seen from wo, which only mapped normals depend on.
+SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint frozenMaterials, uint frozenTexels) {
     const uint at = (p.material + frozenMaterials) * kMaterialTexels;
     const uvec4 m0 = materialTexel(at), m1 = materialTexel(at + 1);
     SurfaceMaterial m;
@@ -72,10 +84,10 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
     if (kTextured##Name && (f & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, frozenTexels).x;
 #include "shared/slots.def"
         if (kTexturedNormal && (f & (1u << kSlotNormal)) != 0) {
-            const vec3 t = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
-            const float length2 = dot(t, t);
-            const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
-            if (length2 > 1e-20) m.normal = normalize(tangentFrame(p, second) * (t * inversesqrt(length2)));
+            mat3 frame;
+            vec3 t;
+            float inverseLength;
+            m.normal = visibleNormal(p.normal, mappedNormal(p, frozenTexels, frame, t, inverseLength), wo);
         }
     }
     if (IS_ANISOTROPIC(m.surface)) {
@@ -86,7 +98,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, uint frozenMaterials, uint froze
         m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, frozenTexels).x;
         m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, frozenTexels);
     }
-    if (kCoatNormals && HAS_CLEAR_COAT(m.surface)) m.surface.coatNormal = clearCoatNormal(p);
+    if (kCoatNormals && HAS_CLEAR_COAT(m.surface)) m.surface.coatNormal = clearCoatNormal(p, wo);
     if (kColors) {
         m.colorFactor = p.color.xyz;
         m.surface.baseColor *= m.colorFactor;

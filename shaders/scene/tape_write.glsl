@@ -14,16 +14,14 @@ vec3 derivativeNorm(BsdfDerivatives d, int sign) {
 
 bool anyDerivative(BsdfDerivatives d) { return any(greaterThan(derivativeNorm(d, 0), vec3(0))); }
 
-// Derivatives by the unit normal become those by the looked-up tangent-space vector t.
-void toTangentSpace(SurfacePoint p, INOUT(BsdfDerivatives) d) {
+// Derivatives by the unit normal seen from wo become those by the looked-up tangent-space vector t.
+void toTangentSpace(SurfacePoint p, vec3 wo, INOUT(BsdfDerivatives) d) {
     // n = frame t / |t|: df/dt = (1 - t t^T / |t|^2) frame^T df/dn / |t|.
-    const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, kFrozen ? scene.frozenTexels : 0);
-    // Shorter vectors are replaced by the surface's own normal, which does not depend on them (surfaceMaterial).
-    const float length2 = dot(raw, raw);
-    const float inverseLength = length2 > 1e-20 ? inversesqrt(length2) : 0.0;
-    const vec3 t = raw * inverseLength;
-    const bool second = kTexcoord1 && (slotTexel((p.material * kSlotsPerMaterial + kSlotNormal) * kSlotTexels).w & kSlotTexcoord1) != 0;
-    const mat3 frame = tangentFrame(p, second);
+    mat3 frame;
+    vec3 t;
+    float inverseLength;
+    const vec3 mapped = mappedNormal(p, kFrozen ? scene.frozenTexels : 0, frame, t, inverseLength);
+    fromVisibleNormal(p.normal, mapped, wo, d);
     const vec3 nx = d.at[kAtNormal], ny = d.at[kAtNormal + 1], nz = d.at[kAtNormal + 2];
     const vec3 x = frame[0].x * nx + frame[0].y * ny + frame[0].z * nz;
     const vec3 y = frame[1].x * nx + frame[1].y * ny + frame[1].z * nz;
@@ -53,7 +51,7 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
     if (kDiffBaseColor) d.at[kAtBaseColor] *= m.colorFactor;
     if (kDiffNormal) {
         if ((asked & (1u << kSlotNormal)) != 0)
-            toTangentSpace(p, d);
+            toTangentSpace(p, wo, d);
         else
             for (uint k = 0; k < 3; ++k) d.at[kAtNormal + k] = vec3(0);
     }

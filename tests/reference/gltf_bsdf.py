@@ -60,6 +60,13 @@ class GltfBsdf(mi.BSDF):
         for slot, texture in self.textures.items():
             callback.put(slot, texture, mi.ParamFlags.Differentiable)
 
+    def visible(self, mapped, wi):
+        """The mapped normal, tilted towards wi where it turns from it (shaders/lib/mapped_normal.glsl)."""
+        least = dr.mulsign(mi.Float(0.01), wi.z)
+        cosine = dr.dot(mapped, wi)
+        turned = dr.mulsign(cosine, wi.z) < 0.01
+        return dr.select(turned, dr.normalize(mapped + wi * (least - cosine)), mapped)
+
     def frame(self, si, active):
         """The shading frame, perturbed by the normal map, in coordinates of si.sh_frame."""
         t = si.to_local(si.dp_du)
@@ -68,7 +75,7 @@ class GltfBsdf(mi.BSDF):
         z = mi.Vector3f(0, 0, 1)
         if "normal" in self.textures:
             n = dr.normalize(mi.Vector3f(self.textures["normal"].eval_3(si, active)))
-            z = dr.normalize(t * n.x + b * n.y + z * n.z)
+            z = self.visible(dr.normalize(t * n.x + b * n.y + z * n.z), si.wi)
         elif "anisotropy" not in self.textures:
             return mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
         if "anisotropy" not in self.textures:

@@ -52,6 +52,28 @@ TEST(Derivative, SlotsAddUp) {
     EXPECT_LT(std::sqrt(difference / norm), 1e-5);
 }
 
+// A map so steep that it turns a good part of the normals from where they are seen.
+Scene steep() {
+    Scene scene = bundledScene("materials");
+    for (Parameter& p : scene.parameters)
+        if (p.name == "wavy.normal") {
+            p.materialise();
+            for (std::size_t k = 0; k < p.values.size(); ++k)
+                if (k % 3 < 2)
+                    p.values[k] *= 8;
+        }
+    return scene;
+}
+
+TEST(Derivative, ForwardAgreesWithReverseBySteepNormals) { expectForwardAgreesWithReverse(Bench(steep(), {"wavy.normal"})); }
+
+TEST(Derivative, FrozenFiniteDifferencesBySteepNormals) {
+    RenderConfig config;
+    config.frozenEvaluation = true;
+    config.maxDepth = 4;
+    expectFrozenDifferences(Bench(steep(), {"wavy.normal"}, config));
+}
+
 // Normals far from unit length: the derivative grows as the vector gets shorter, beyond what the units of the sums were made for, and
 // is none where the vector is zero and the surface's own normal takes its place.
 TEST(Derivative, ShortNormals) {
