@@ -116,13 +116,13 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         if (kDiffSurface && differentiated)
             factor = scale * scatterDerivatives(p, value, value.normal, wo, light.direction, false, d);
         else
-            factor = scale * scattered(value, value.normal, wo, light.direction, false);
+            factor = scale * scattered(p, value, value.normal, wo, light.direction, false);
         if (kAbsorbing) factor *= kept;
         factor = keepFinite(factor);
         direct = keepFinite(factor * radiance);
         wanted = any(notEqual(direct, vec3(0)));
         if (kDifference) {
-            vec3 secondFactor = scale * scattered(second, second.normal, wo, light.direction, false);
+            vec3 secondFactor = scale * scattered(p, second, second.normal, wo, light.direction, false);
             if (kAbsorbing) secondFactor *= kept;
             secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels));
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
@@ -223,18 +223,18 @@ void main() {
                 v.weight = scatterDerivatives(p, value, sampling.normal, wo, wi, single, d) / pdf;
                 scaleDerivatives(d, vec3(1.0 / pdf));
             } else {
-                v.weight = scattered(value, sampling.normal, wo, wi, single) / pdf;
+                v.weight = scattered(p, value, sampling.normal, wo, wi, single) / pdf;
             }
             v.weight = keepFinite(v.weight);
             // A black albedo ends no path whose derivative lives.
-            if (kDifference) second.weight = keepFinite(scattered(secondValue, sampling.normal, wo, wi, single) / pdf);
+            if (kDifference) second.weight = keepFinite(scattered(p, secondValue, sampling.normal, wo, wi, single) / pdf);
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anyDerivative(d));
             scatters = wantRay;
             wantRay = wantRay && leads;
             // By the values that sampling goes by, as all decisions.
             float scale = 1.0;
-            if (kDielectric) scale = radianceScale(sampling.surface, sampling.normal, wo, wi);
-            const float q = survival(kFrozen ? scattered(sampling, sampling.normal, wo, wi, single) / pdf : v.weight, scale);
+            if (kDielectric) scale = radianceScale(sampling.surface, p.faceNormal, wo, wi);
+            const float q = survival(kFrozen ? scattered(p, sampling, sampling.normal, wo, wi, single) / pdf : v.weight, scale);
             if (q < 1.0) {
                 wantRay = wantRay && sampleSet(key, kSetRoulette).x < q;
                 v.weight /= q;

@@ -40,6 +40,11 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
         f = singleCosDerivatives(m.surface, drawnBy, wo, wi, d);
     else
         f = bsdfCosDerivatives(m.surface, m.normal, wo, wi, d);
+    if (IS_ROUGH_DIELECTRIC(m.surface)) {
+        const float scale = faceScale(m.surface, m.normal, p.faceNormal, wo, wi);
+        f *= scale;
+        scaleDerivatives(d, vec3(scale));
+    }
     if (kBlend) scaleDerivatives(d, vec3(m.share));
     const uint asked = m.surface.asked;
 #define SURFACE_SLOT(number, Name, name, channels, highest, adam, sgd) \
@@ -60,13 +65,14 @@ vec3 scatterDerivatives(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo
 }
 
 // The value alone.
-vec3 scattered(SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single) {
+vec3 scattered(SurfacePoint p, SurfaceMaterial m, vec3 drawnBy, vec3 wo, vec3 wi, bool single) {
     BsdfDerivatives unused; // the compiler drops what computes them
     vec3 f;
     if (kSmoothLobes && single)
         f = singleCosDerivatives(m.surface, drawnBy, wo, wi, unused);
     else
         f = bsdfCos(m.surface, m.normal, wo, wi);
+    if (IS_ROUGH_DIELECTRIC(m.surface)) f *= faceScale(m.surface, m.normal, p.faceNormal, wo, wi);
     return kBlend ? m.share * f : f;
 }
 

@@ -98,4 +98,10 @@ bool sampleRoughDielectric(Surface s, vec3 normal, vec3 wo, vec3 u, OUT(vec3) wi
     return c > 0.0 && (reflects ? cosI > kMinCosine : cosI < -kMinCosine && b.transmitted > 0.0);
 }
 
+// By what f is scaled where the face lets pass what the normal reflects, or the reverse: microfacets of a shading normal send light to the wrong side of the
+// face. The face decides in which medium a path is, so radiance is scaled at each crossing of the face, and no path counts an index twice.
+float faceScale(Surface s, vec3 normal, vec3 faceNormal, vec3 wo, vec3 wi) {
+    return radianceScale(s, faceNormal, wo, wi) / radianceScale(s, normal, wo, wi);
+}
+
 #endif
