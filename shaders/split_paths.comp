@@ -24,10 +24,10 @@ layout(binding = kBindCountsHere, scalar) uniform Here { QueueCounts here; };
 layout(binding = kBindArrivals, scalar) writeonly buffer Arrivals { Arrival arrivals[]; };
 layout(binding = kBindCopies, scalar) writeonly buffer Copies { uvec4 copies[]; };
 
-const float kLeastSurvival = 0.1;
+const float kLeastCopies = 0.1;
 
 // Expected number of copies; 1 where the guide knows nothing, and where there is emission to be taken in.
-float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
+float expectedCopies(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
     if (hit.t < 0.0) return 1.0;
     const uint flags = materialTexel(triangleIndices(hit.triangle).w * kMaterialTexels + 1).w;
     if (kEmission && (flags & kMaterialEmissive) != 0) return 1.0;
@@ -36,8 +36,9 @@ float survival(Ray ray, Hit hit, Prefix prefix, vec3 adjoint) {
     if (!(reflected > 0.0) || !(guide.reference > 0.0)) return 1.0;
     const float expected = meanOf(prefix.tangent) * reflected + meanOf(prefix.throughput) * derivative;
     const float q = meanOf(abs(adjoint)) * (expected / guide.reference);
-    if (!(q <= float(kMaxSplit))) return min(float(kMaxSplit), float(kMaxCopies) / float(prefix.copies)); // no number too, out of overflow
-    return clamp(q, kLeastSurvival, min(float(kMaxSplit), float(kMaxCopies) / float(prefix.copies)));
+    const float most = float(min(kMaxSplit, kMaxCopies / prefix.copies)); // whole: chance rounds q up
+    if (!(q <= most)) return most; // no number too, out of overflow
+    return clamp(q, kLeastCopies, most);
 }
 
 void main() {
@@ -47,7 +48,7 @@ void main() {
     const uvec2 path = readPath(pathOf(ray));
     Prefix prefix = Prefix(vec3(1), 0, vec3(0), 1);
     if (push.bounce > 0) prefix = readPrefix(slot);
-    const float q = survival(ray, readHit(slot), prefix, readAdjoint(path.x));
+    const float q = expectedCopies(ray, readHit(slot), prefix, readAdjoint(path.x));
     const SampleKey key = SampleKey(streamKey(batch.seed.x, batch.seed.y, batch.step, batch.pass), batch.firstPixel + path.x, path.y, prefix.branch, push.bounce);
     const uint count = uint(q) + (sampleSet(key, kSetRoulette).x >= 1.0 - fract(q) ? 1u : 0u); // q + u would round up to the next number
     // One atomic a subgroup; places are handed out in any order, results do not depend on it.
@@ -55,8 +56,9 @@ void main() {
     uint first = 0;
     if (taken != 0 && subgroupElect()) {
         first = atomicAdd(counts[push.bounce].vertices, taken);
-        GROW_GROUPS(counts[push.bounce].vertexGroups, first, taken, kVertexGroup)
-        GROW_GROUPS(counts[push.bounce].sortGroups, first, taken, kTraceChunk)
+        const uint fits = min(first + taken, push.count) - min(first, push.count); // a void batch dispatches no more than the pool holds
+        GROW_GROUPS(counts[push.bounce].vertexGroups, first, fits, kVertexGroup)
+        GROW_GROUPS(counts[push.bounce].sortGroups, first, fits, kTraceChunk)
     }
     first = subgroupBroadcastFirst(first) + subgroupExclusiveAdd(count);
     const float weight = 1.0 / q;

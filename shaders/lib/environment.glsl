@@ -8,7 +8,7 @@
 #include "lib/warp.glsl"
 
 vec2 environmentUv(vec3 d) {
-    float u = atan(d.x, -d.z) * (0.5 * kInvPi);
+    float u = atan(d.x, d.z == 0.0 ? 1e-30 : -d.z) * (0.5 * kInvPi); // GLSL has no atan(0, 0)
     return vec2(u < 0.0 ? u + 1.0 : u, atan(sqrt(d.x * d.x + d.z * d.z), d.y) * kInvPi); // accurate at the poles, unlike acos
 }
 

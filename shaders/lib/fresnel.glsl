@@ -53,7 +53,7 @@ vec3 conductorReflected(float c, vec3 eta, vec3 k) {
     float c2 = c * c;
     float s2 = (1.0 - c) * (1.0 + c);
     vec3 difference = eta * eta - k * k - vec3(s2);
-    vec3 sum = sqrt(difference * difference + 4.0 * eta * eta * k * k); // a^2 + b^2
+    vec3 sum = max(sqrt(difference * difference + 4.0 * eta * eta * k * k), vec3(1e-12)); // a^2 + b^2; 0 where eta, k and s2 are
     vec3 a = sqrt(max(0.5 * (sum + difference), vec3(0.0)));
     vec3 across = sum + vec3(c2);
     vec3 twice = 2.0 * c * a;

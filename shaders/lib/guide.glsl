@@ -14,7 +14,7 @@ const float kPointStep = 5.9604645e-8; // 2^-24, to which points of the square a
 
 // Equal-area map of the sphere to the unit square: azimuth / 2 pi, (1 + z) / 2.
 vec2 squareFromDirection(vec3 d) {
-    float x = atan(d.y, d.x) * (0.5 * kInvPi);
+    float x = atan(d.y, d.x == 0.0 ? 1e-30 : d.x) * (0.5 * kInvPi); // GLSL has no atan(0, 0)
     if (x < 0.0) x += 1.0;
     return clamp(vec2(x, 0.5 + 0.5 * d.z), vec2(0.0), vec2(kBelowOne));
 }

@@ -19,8 +19,8 @@ float expectedLight(SceneInfo scene, LightRecord light, vec3 position, Surface s
         const vec3 offset = where.xyz + b.x * along.xyz + b.y * extent.xyz - position;
         const float distance2 = max(dot(offset, offset), 1e-30);
         direction = offset * inversesqrt(distance2);
-        const vec3 front = cross(along.xyz, extent.xyz);
-        brought = max(0.0, -dot(front, direction)) * inversesqrt(max(dot(front, front), 1e-30)) / (kPi * distance2);
+        const vec3 front = vec3(where.w, along.w, extent.w);
+        brought = max(0.0, -dot(front, direction)) / (kPi * distance2);
     } else if (kEnvironmentLight && kind == kLightEnvironment) {
         vec2 uv;
         float density;

@@ -1,6 +1,10 @@
 // Light sampling: one light by its selection probability, one point or direction on it.
 // Expects lightTexel() and what geometry.glsl, materials.glsl, alpha_mask.glsl and environment.glsl expect.
 
+// How far before a lamp without extent a shadow ray ends, in units of the largest coordinate: several times the rounding of positions, and of the test itself
+// where the ray grazes the surface that the lamp sits on.
+const float kLampGap = 1e-5;
+
 struct LightSample {
     vec3 direction; // unit, towards the light
     float distance; // infinite in effect where there is no target
@@ -118,7 +122,9 @@ LightSample sampleLight(SceneInfo scene, LightRecord light, vec3 position, vec3 
             s.distance = length(offset);
             s.direction = offset / max(s.distance, 1e-30);
             s.hasTarget = true;
-            s.target = where.xyz - 1e-4 * offset; // it may sit on a surface
+            // It may sit on a surface, which its position misses by rounding alone: what is nearer than that casts a shadow from however far away.
+            const float gap = kLampGap * max(largestCoordinate(where.xyz), largestCoordinate(position));
+            s.target = where.xyz - offset * min(1e-4, gap / max(s.distance, 1e-30));
             float falloff = distanceFalloff(s.distance * s.distance, where.w);
             if (kind == kLightSpot) falloff *= spotFalloff(-dot(s.direction, along.xyz), along.w, extent.w);
             if (kSpotsByAngle && kind == kLightSpotByAngle) falloff *= spotAngleFalloff(-dot(s.direction, along.xyz), along.w, extent.w);

@@ -6,7 +6,7 @@ CMPG_SHARED_BEGIN
 
 // Scene, read only.
 CMPG_CONST kBindNodes = 0; // Bvh::records: box nodes and leaf blocks, 4 uvec4 texels each
-CMPG_CONST kBindTriangles = 1; // three vec4 a triangle in BVH order: v0, v1 - v0, v2 - v0 (w unused)
+CMPG_CONST kBindTriangles = 1; // three vec4 a triangle in BVH order: v0, v1 - v0, v2 - v0; w: x, y, z of the face's normal
 CMPG_CONST kBindIndices = 2; // uvec4 a triangle in BVH order: vertices, material
 CMPG_CONST kBindAttributes = 3; // vec4s a vertex: normal and u0; v0, u1, v1; tangent; colour (the last two only where the scene has them)
 CMPG_CONST kBindMaterials = 4; // uvec4 texels of GpuMaterial
@@ -31,7 +31,7 @@ CMPG_CONST kBindDifferenceFilm = 30; // FilmPixel, difference mode
 
 // One batch.
 CMPG_CONST kBindBatch = 16; // Batch
-CMPG_CONST kBindPixelOffsets = 17; // uint a pixel + 1: first path of each pixel of the batch
+CMPG_CONST kBindPixelOffsets = 17; // uint a pixel + 1: first path of each pixel of the batch; then uint a pixel: its first sample
 CMPG_CONST kBindPaths = 18; // uvec2 a path: pixel of the batch, sample of the pixel
 CMPG_CONST kBindAdjoint = 19; // vec3 a pixel of the batch: dLoss/dpixel times the sample weight
 CMPG_CONST kBindFilm = 20; // FilmPixel

@@ -68,7 +68,7 @@ CMPG_CONST kModeDifference = 3; // an image, and how it differs from that of the
 // Dimension sets of one path vertex's random numbers; each is a 4-D point of its own.
 CMPG_CONST kSetCamera = 0; // bounce 0 only: pixel x, y
 CMPG_CONST kSetScatter = 1; // direction x, y, lobe, technique
-CMPG_CONST kSetLight = 2; // light, x, y
+CMPG_CONST kSetLight = 2; // light, x, y; which candidate
 CMPG_CONST kSetRoulette = 3; // copies of an arriving path; whether one goes on
 CMPG_CONST kSetBlend = 4; // which of two materials is met
 

@@ -29,7 +29,7 @@ CMPG_CONST kLightKindBits = 3;
 // The environment map for sampling: cells between neighbouring texel centres, W x (H - 1) of them.
 struct EnvironmentInfo {
     uint width, height; // of the map; 0 without environment
-    uint texels; // first value among the parameter values, in floats
+    uint texels; // first value among the parameter values, in vec4 texels
     uint gradient; // first gradient entry, kNone when not differentiated
     float cosRotation, sinRotation;
     float probability; // of being selected among the lights

@@ -63,7 +63,7 @@ CMPG_CONST kMaterialOneSided = 0x8000000u; // black from behind; not of dielectr
 
 // Where a slot's values live and how a surface point finds them.
 struct GpuSlot {
-    uint offset; // of the first value: in floats, or in 32-bit words when packed
+    uint offset; // of the first value, in vec4 texels; when packed, in 32-bit words
     uint width, height;
     uint flags;
     vec4 uvMatrix; // u' = x u + z v + translation.x, v' = y u + w v + translation.y

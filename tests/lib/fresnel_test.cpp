@@ -65,6 +65,7 @@ TEST(Fresnel, ConductorsWithoutExtinctionAreDielectrics) {
         const glm::dvec3 mirror = library.conductorReflected(c, glm::dvec3(0), glm::dvec3(1));
         for (int i = 0; i < 3; ++i)
             EXPECT_NEAR(mirror[i], 1, 1e-12) << "eta 0 reflects all";
+        EXPECT_NEAR(library.conductorReflected(c, glm::dvec3(0), glm::dvec3(0)).x, 1, 1e-12) << "without k, too";
     }
     // Normal incidence: ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2).
     const double eta = 0.143119, k = 3.98316;

@@ -1,5 +1,6 @@
 // Light samples chosen among several: as bright as lights one by one, which leave nothing to choose, and steadier. Seeds are fixed.
 #include "support/guided_fixture.h"
+#include "support/scene_builder.h"
 
 #include <algorithm>
 
@@ -69,6 +70,31 @@ TEST(LightChoice, SeveralLightsAreAsBrightAsOneByOne) {
     };
     agree(together.image, image, "image");
     agree(together.derivative, derivative, "derivative");
+}
+
+// A floor under a lamp without extent and a panel of these corner and edges.
+Image underPanel(glm::vec3 lamp, glm::vec3 corner, glm::vec3 u, glm::vec3 v) {
+    SceneBuilder b;
+    b.square(b.material("floor", 0.5f, 0), 0);
+    b.quad(b.material("panel", 0, 0), corner, u, v);
+    b.camera(0.1f);
+    b.scene.lights = {light(PunctualLight::Kind::Point, lamp, glm::vec3(1))};
+    Bench s(std::move(b.scene), {}, RenderConfig{});
+    return s.renderer->render(viewOf(s.scene, kEdge, kEdge), 4, {});
+}
+
+TEST(PointLights, ACapFarAwayCastsItsShadow) {
+    EXPECT_EQ(meanOf(underPanel({0, 0, 800}, {-1, -1, 799.96f}, {2, 0, 0}, {0, 2, 0})), 0);
+    EXPECT_GT(meanOf(underPanel({0, 0, 800}, {-1, -1, 800.04f}, {2, 0, 0}, {0, 2, 0})), 0) << "above the lamp";
+}
+
+// A lamp that touches a slanted ceiling lights what it lights without one.
+TEST(PointLights, SitOnSurfaces) {
+    const glm::vec3 corner(-3, -3, 0.4f), u(6, 0, 0.3f), v(0, 6, -0.1f);
+    for (const glm::vec2 at : {glm::vec2(0.37f, 0.53f), {0.61f, 0.42f}, {0.5f, 0.5f}}) {
+        const glm::vec3 lamp = corner + at.x * u + at.y * v;
+        EXPECT_EQ(underPanel(lamp, corner, u, v).values, underPanel(lamp, corner + glm::vec3(0, 0, 1), u, v).values);
+    }
 }
 
 // A map and lamps: as bright as what directions alone find.
