@@ -36,7 +36,8 @@ class Device {
     // same passes in the same order: all get the same results, which are the bits of one rank alone. The first alone writes checkpoints and guides.
     // `select` may be empty on machines with several graphics processors: ranks take one each. On a CPU device they share the processors, unless
     // LP_NUM_THREADS says otherwise. Error(Device) on all where the ranks' devices or drivers differ. A pass throws Error(Usage) on all where they were
-    // given different scenes, values, targets or options, or a time budget; where one fails alone, others are told by Communicator::passFailed().
+    // given different scenes, values, targets or options, or a time budget, or one of them something that is refused; what ends it on one amidst is told to
+    // the others by Communicator::passFailed().
     Device(const std::string& select, std::shared_ptr<Communicator> communicator);
 
     const DeviceInfo& info() const;

@@ -91,17 +91,19 @@ class Ranks:
     def _wait(self, begin: Any) -> None:
         if self._failure:
             raise DeviceError("the ranks of this device no longer work together", self._failure, "open a device anew on all of them", ["communicator"])
-        request = begin()
+        request = None
         started = time.monotonic()
         try:
+            request = begin()
             while not request.Test():
                 if time.monotonic() - started < _PATIENCE:
                     os.sched_yield()  # ranks that share a processor
                     continue
                 self._look_for_failures()
                 time.sleep(5e-5)
-        except BaseException:
+        except BaseException as error:  # here rather than in the pass: what others send next would be taken for what this call waits for
             _abandoned.append(request)
+            self.fail(f"{type(error).__name__}: {error}".removesuffix(": "))
             raise
 
     def _look_for_failures(self) -> None:

@@ -24,7 +24,7 @@ std::vector<DeviceInfo> Device::list() {
 
 Device::State::State(const std::string& select, std::shared_ptr<Communicator> shared)
     : communicator(std::move(shared)), device(together(ranks(), [&] { return open(select, ranks()); })), info(toPublic(device.info())) {
-    if (const int other = firstOther(ranks(), info.name + '\n' + info.driver))
+    if (const int other = together(ranks(), [&] { return firstOther(ranks(), info.name + '\n' + info.driver); }))
         throw Error(ErrorKind::Device, "rank " + std::to_string(other) + " has another device or driver than rank 0",
                     "machines with different drivers or graphics processors: their results differ in the last bits",
                     "start the ranks on machines of one kind, or name a device that all have", {"device"});

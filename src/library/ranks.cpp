@@ -11,6 +11,24 @@
 #include <unistd.h>
 
 namespace cmpg::v1 {
+namespace {
+
+// What a rank says in an agreement.
+struct Word {
+    std::uint64_t hash = 0; // of what it is asked for
+    char refused = 0;
+    char why[247] = {};
+};
+
+std::vector<Word> exchange(Communicator& ranks, const Word& own) {
+    const std::vector<std::byte> all = together(
+        ranks, [&] { return ranks.gather(std::as_bytes(std::span(&own, 1)), std::vector<std::size_t>(std::size_t(ranks.size()), sizeof own)); });
+    std::vector<Word> words(std::size_t(ranks.size()));
+    std::memcpy(words.data(), all.data(), all.size());
+    return words;
+}
+
+} // namespace
 
 void divideProcessors(const Communicator& ranks) {
     cpu_set_t allowed;
@@ -42,6 +60,33 @@ int firstOther(Communicator& ranks, std::string_view own) {
         if (std::memcmp(all.data(), all.data() + std::size_t(r) * sizeof hash, sizeof hash) != 0)
             return r;
     return 0;
+}
+
+void agree(Communicator& ranks, std::string_view own, const std::string& otherwise, const std::string& cause) {
+    if (ranks.size() == 1)
+        return;
+    const std::vector<Word> words = exchange(ranks, {.hash = hashOf(std::as_bytes(std::span(own)))});
+    for (std::size_t r = 0; r < words.size(); ++r)
+        if (words[r].refused)
+            throw Error(ErrorKind::Usage, "rank " + std::to_string(r) + " of " + std::to_string(words.size()) + " was refused: " + words[r].why, {},
+                        "see to its cause, and give all ranks the same");
+    for (std::size_t r = 1; r < words.size(); ++r)
+        if (words[r].hash != words[0].hash)
+            throw Error(ErrorKind::Usage, "rank " + std::to_string(r) + " " + otherwise + " than rank 0", cause, "give all ranks the same");
+}
+
+void refuse(Communicator& ranks, const std::string& why) noexcept {
+    if (ranks.size() == 1)
+        return;
+    Word own{.refused = 1};
+    std::size_t length = std::min(why.size(), sizeof own.why - 1);
+    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xc0) == 0x80) // amidst a character of UTF-8
+        --length;
+    std::memcpy(own.why, why.data(), length);
+    try {
+        exchange(ranks, own);
+    } catch (...) { // what was refused is what this rank has to say
+    }
 }
 
 } // namespace cmpg::v1

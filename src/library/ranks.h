@@ -19,12 +19,12 @@ std::string deviceOfRank(const Communicator& ranks);
 // The first rank whose text is not that of rank 0; 0: all have the same. All ranks learn the same.
 int firstOther(Communicator& ranks, std::string_view own);
 
-// Work that all ranks do together. What may end it on this one alone is told to the others: not errors of arguments and results, which all have.
+// Work that all ranks do together. What ends it is told to the others, which may wait in it: all but errors of results, which all have.
 template <class Work> auto together(Communicator& ranks, Work&& work) {
     try {
         return work();
     } catch (const Error& error) {
-        if (error.kind != ErrorKind::Usage && error.kind != ErrorKind::Numerical)
+        if (error.kind != ErrorKind::Numerical)
             ranks.passFailed(error.what());
         throw;
     } catch (const std::exception& error) {
@@ -32,6 +32,25 @@ template <class Work> auto together(Communicator& ranks, Work&& work) {
         throw;
     } catch (...) {
         ranks.passFailed("it was ended");
+        throw;
+    }
+}
+
+// What ranks do together begins with an agreement, which leaves all of them fit for more. Error(Usage) on all where `own`, what this one is asked for, is not
+// what the others are asked for, or one of them took refuse(). `otherwise`: what a rank does that is asked for something else, than rank 0.
+void agree(Communicator& ranks, std::string_view own, const std::string& otherwise, const std::string& cause);
+// In place of agree(), on a rank that was asked for what cannot be.
+void refuse(Communicator& ranks, const std::string& why) noexcept;
+
+// What comes before an agreement, and may be wrong on this rank alone: arguments, files.
+template <class Check> auto checked(Communicator& ranks, Check&& check) {
+    try {
+        return check();
+    } catch (const std::exception& error) {
+        refuse(ranks, error.what());
+        throw;
+    } catch (...) {
+        refuse(ranks, "it was ended");
         throw;
     }
 }

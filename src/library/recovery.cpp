@@ -55,8 +55,8 @@ RecoveryProgress Recovery::progress() const {
 RecoveryStep Recovery::step() {
     State& s = *state_;
     const Renderer::State::Work work(*s.base);
-    s.requireGoing();
     const Stopwatch watch;
+    s.requireSameOnAll("step");
     StepReport report;
     const Optimization& optimization = s.optimization();
     const double share = optimization.nextWork();
@@ -72,7 +72,8 @@ RecoveryStep Recovery::step() {
         throw;
     }
     s.base->giveBack();
-    if (firstOther(s.ranks(), std::string_view(reinterpret_cast<const char*>(&report.loss), sizeof report.loss)))
+    const std::string_view loss(reinterpret_cast<const char*>(&report.loss), sizeof report.loss);
+    if (together(s.ranks(), [&] { return firstOther(s.ranks(), loss); }))
         throw Error(ErrorKind::Numerical, "ranks have computed different losses", "a processor or a driver computes differently on one of the machines",
                     "start the ranks on machines of one kind");
     RecoveryStep step = stepOf(recordOf(report), report.step);
@@ -161,11 +162,10 @@ Image Recovery::difference(const Image& image, std::size_t target) const {
 }
 
 Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
-    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
     const Renderer::State::Work work(*s.base);
-    s.requireTarget(target);
-    s.requireGoing();
+    s.requirePicture(target, spp);
+    s.requireSameOnAll("picture " + std::to_string(target) + ' ' + std::to_string(spp) + ' ' + std::to_string(initial));
     s.base->renderer->setInteraction(s.base->interaction());
     const auto render = [&] { return together(s.ranks(), [&] { return s.optimization().render(target, spp); }); };
     if (!initial)
@@ -183,11 +183,10 @@ Image Recovery::image(std::size_t target, std::uint32_t spp, bool initial) {
 }
 
 void Recovery::image(Film& film, std::size_t target, std::uint32_t spp, PassReport* report) {
-    require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
     State& s = *state_;
     const Renderer::State::Work work(*s.base);
-    s.requireTarget(target);
-    s.requireGoing();
+    s.requirePicture(target, spp);
+    s.requireSameOnAll("picture " + std::to_string(target));
     const View& view = s.views[target];
     const PassKey key = pictureKey(s.optimization().config().seed, target);
     s.base->expose(work, cmpg::Renderer::Mode::Render, film, view, {.spp = spp, .strict = false}, {}, report,

@@ -9,6 +9,7 @@
 #include "optimize/recovery_config.h"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 namespace cmpg::v1 {
@@ -42,11 +43,17 @@ Renderer::State::Capacity capacityFor(const RecoveryOptions& options) {
     return {.guiding = learns, .learning = learns, .roulette = paths.roulette, .differences = options.sppDifference > 0};
 }
 
+std::shared_ptr<Renderer::State> rendererFor(const std::shared_ptr<Device::State>& device, Scene::State& source, const RecoveryOptions& options) {
+    const std::lock_guard lock(mutexOf(*device));
+    return checked(device->ranks(), [&] {
+        return std::make_shared<Renderer::State>(device, source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, capacityFor(options));
+    });
+}
+
 } // namespace
 
 Recovery::State::State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options)
-    : base(std::make_shared<Renderer::State>(std::move(device), source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, capacityFor(options))),
-      shared(false), steps(options.steps), learns(base->capacity->learning) {
+    : base(rendererFor(device, source, options)), shared(false), steps(options.steps), learns(base->capacity->learning) {
     begin(targets, options, {});
 }
 
@@ -55,8 +62,6 @@ Recovery::State::State(std::shared_ptr<Renderer::State> renderer, const std::vec
     options.paths = base->options.paths;
     options.parameters = base->options.parameters;
     learns = capacityFor(options).learning;
-    if (!base->capacity)
-        throw Error(ErrorKind::Usage, "this renderer makes no recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
     const Renderer::State::Work work(*base);
     begin(targets, options, from);
 }
@@ -67,6 +72,23 @@ Recovery::State::~State() {
 }
 
 void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from) {
+    const std::lock_guard lock(mutexOf(*base->device));
+    RecoveryRun::Steps plan = checked(ranks(), [&] { return planOf(targets, options, from); });
+    std::string all;
+    for (const auto& [name, value] : identity)
+        all += name + '\n' + value + '\n';
+    agree(ranks(), all, "recovers something else", "it was given another scene, other values, targets or options");
+    together(ranks(), [&] {
+        base->ensure(cmpg::Renderer::Mode::Reverse, false);
+        base->passes->setLearning(learns && !shared);
+        run.emplace(*base->renderer, *base->passes, scene(), parameters(), std::move(plan));
+    });
+    generation = ++base->generation;
+}
+
+RecoveryRun::Steps Recovery::State::planOf(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from) {
+    if (!base->capacity)
+        throw Error(ErrorKind::Usage, "this renderer makes no recoveries", "it was not made for them", "make it with RendererOptions::recoveries");
     RecoveryRun::Steps plan{.config = checkedConfig(options), .views = {}};
     if (targets.empty())
         throw Error(ErrorKind::Usage, "a recovery needs a target", {}, "give an image of the scene", {"target"});
@@ -81,7 +103,7 @@ void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOp
     }
     plan.views = views;
     if (options.errorTarget > 0)
-        plan.wrap = [&](ImageModel& inner) {
+        plan.wrap = [this, &options](ImageModel& inner) {
             auto model = std::make_unique<BatchedModel>(
                 inner, SampleBudget{.batches = options.batches, .samples = options.sppGradient / options.batches, .error = options.errorTarget});
             batched = model.get();
@@ -102,14 +124,7 @@ void Recovery::State::begin(const std::vector<Target>& targets, const RecoveryOp
         sizes.emplace_back(scene().parameters[p].width, scene().parameters[p].height);
     if (from.state)
         goOn(plan, *from.state);
-    const std::lock_guard lock(mutex());
-    requireSameOnAll();
-    together(base->device->ranks(), [&] {
-        base->ensure(cmpg::Renderer::Mode::Reverse, false);
-        base->passes->setLearning(learns && !shared);
-        run.emplace(*base->renderer, *base->passes, scene(), parameters(), std::move(plan));
-    });
-    generation = ++base->generation;
+    return plan;
 }
 
 // Parameters that stay keep their moments; those that are new, have another size or step by another method begin here.
@@ -152,6 +167,13 @@ void Recovery::State::requireTarget(std::size_t target) const {
         throw Error(ErrorKind::Usage, "there is no target " + std::to_string(target), {}, "targets are numbered from 0 to " + std::to_string(views.size() - 1));
 }
 
+void Recovery::State::requirePicture(std::size_t target, std::uint32_t spp) const {
+    checked(ranks(), [&] {
+        require(spp >= 1 && spp <= kMostSamples, "spp", "from 1 to 16777216");
+        requireTarget(target);
+    });
+}
+
 void Recovery::State::requireGoing() const {
     if (ended())
         throw Error(ErrorKind::Usage, "the recovery has ended: its renderer was put to another use",
@@ -165,13 +187,18 @@ std::string Recovery::State::names() const {
     return all;
 }
 
-void Recovery::State::requireSameOnAll() const {
-    std::string all;
-    for (const auto& [name, value] : identity)
-        all += name + '\n' + value + '\n';
-    if (const int other = firstOther(ranks(), all))
-        throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " recovers something else than rank 0",
-                    "it was given another scene, other values, targets or options", "give all ranks the same");
+void Recovery::State::requireSameOnAll(const std::string& what) const {
+    checked(ranks(), [&] { requireGoing(); });
+    if (ranks().size() == 1)
+        return;
+    std::ostringstream all;
+    all.precision(17);
+    const Optimization& now = run->optimization();
+    all << what << ' ' << now.state().step << ' ' << now.config().spp << ' ' << now.config().sppGradient << ' ' << now.givenRateFactor();
+    for (const std::uint32_t p : parameters())
+        all << ' ' << digestOf(scene().parameters[p].values);
+    agree(ranks(), all.str(), "is not in the same place of its recovery, or has asked for something else there,",
+          "it has made other steps, goes on from another checkpoint, or was given other values, samples or another factor of the rates");
 }
 
 void Recovery::State::prepare(bool ahead) {

@@ -62,7 +62,10 @@ struct Recovery::State {
     double usualPace(double pace);
     std::size_t indexOf(const std::string& name) const;
     void requireTarget(std::size_t target) const;
+    void requirePicture(std::size_t target, std::uint32_t spp) const; // the same, told to the other ranks
     bool ended() const { return generation != base->generation; }
+    // requireGoing(); of several ranks, before all else that they do together, Error(Usage) if they stand elsewhere or are not asked for the same: `what`.
+    void requireSameOnAll(const std::string& what) const;
     void requireGoing() const; // Error(Usage) where it has ended; in Work, which has taken over what others changed
     // `ahead`: kernels are made while others run already, which nothing can interrupt.
     void prepare(bool ahead);
@@ -87,9 +90,9 @@ struct Recovery::State {
 
   private:
     void begin(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from);
+    RecoveryRun::Steps planOf(const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from);
     void goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) const;
     std::string names() const;
-    void requireSameOnAll() const;
 };
 
 } // namespace cmpg::v1

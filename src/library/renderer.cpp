@@ -72,6 +72,27 @@ PassOptions passOf(const Film& film, const PassOptions& pass) {
     return own;
 }
 
+// A pass of an adjoint, of its size.
+PassOptions passOf(const std::vector<std::uint32_t>& parameters, const Image& adjoint, const PassOptions& pass) {
+    requireNoLayers(pass, "layers belong to images");
+    if (parameters.empty())
+        throw Error(ErrorKind::Usage, "no parameter was named when the renderer was made", {}, "name what derivatives are asked for", {"param"});
+    if (adjoint.channels != 3 || adjoint.width < 1 || adjoint.height < 1 || adjoint.values.size() != adjoint.pixels() * 3)
+        throw Error(ErrorKind::Usage, "the adjoint is no image of 3 channels", {}, "give the derivative of a scalar by every pixel and channel");
+    if (!std::all_of(adjoint.values.begin(), adjoint.values.end(), [](float value) { return std::isfinite(value); }))
+        throw Error(ErrorKind::Usage, "the adjoint has values that are not finite", "the loss divides by 0 or overflows at some pixel",
+                    "give 0 for pixels that are to be left out");
+    if ((pass.width > 0 && pass.width != adjoint.width) || (pass.height > 0 && pass.height != adjoint.height))
+        throw Error(ErrorKind::Usage,
+                    "the adjoint is " + std::to_string(adjoint.width) + "x" + std::to_string(adjoint.height) + ", not of the pass's size", {},
+                    "leave the size away", {"width", "height"});
+    PassOptions sized = pass;
+    sized.width = adjoint.width;
+    sized.height = adjoint.height;
+    sized.onImage = {};
+    return sized;
+}
+
 // Learning passes alone.
 PassOptions learningOf(const PassOptions& pass) {
     PassOptions own = pass;
@@ -79,6 +100,18 @@ PassOptions learningOf(const PassOptions& pass) {
     own.errorTarget = own.timeBudget = 0;
     own.layers = false;
     return own;
+}
+
+// What a pass sees, once its options are found to be right.
+template <class Check> PassView viewOf(Renderer::State& state, const PassOptions& pass, Check&& check) {
+    return checked(state.device->ranks(), [&] {
+        requireValid(pass);
+        check();
+        return PassView(state.scene, pass);
+    });
+}
+PassView viewOf(Renderer::State& state, const PassOptions& pass) {
+    return viewOf(state, pass, [] {});
 }
 
 } // namespace
@@ -100,14 +133,17 @@ struct Renderer::State::Along {
     }
 };
 
+Renderer::State::Along Renderer::State::along(std::span<const Direction> directions) const {
+    return checked(device->ranks(), [&] { return Along(*this, directions); });
+}
+
 Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptions& options)
     : state_(std::make_shared<State>(device.state(), scene.state(), options)) {}
 
 Image Renderer::render(const PassOptions& pass, PassReport* report) {
-    requireValid(pass);
     State& s = *state_;
     const State::Work work(s);
-    const PassView seen(s.scene, pass);
+    const PassView seen = viewOf(s, pass);
     const View& view = seen.view();
     const PassKey key{.seed = pass.seed, .step = pass.frame};
     return s.pass(
@@ -126,16 +162,16 @@ Image Renderer::render(const PassOptions& pass, PassReport* report) {
 }
 
 Image Renderer::forward(std::span<const Direction> directions, const PassOptions& pass, PassReport* report) {
-    requireValid(pass);
     State& s = *state_;
     const bool positivize = s.options.paths.positivize;
-    if (positivize)
-        requireNoLayers(pass, "the halves of positivised derivatives have mixtures of their own");
     const State::Work work(s);
-    const PassView seen(s.scene, pass);
+    const PassView seen = viewOf(s, pass, [&] {
+        if (positivize)
+            requireNoLayers(pass, "the halves of positivised derivatives have mixtures of their own");
+    });
     const View& view = seen.view();
     const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
-    const State::Along along(s, directions);
+    const State::Along along = s.along(directions);
     const std::vector<std::uint32_t>& parameters = along.parameters;
     const std::vector<std::vector<float>>& values = along.values;
     return s.pass(
@@ -158,23 +194,21 @@ Image Renderer::forward(std::span<const Direction> directions, const PassOptions
 }
 
 void Renderer::render(Film& film, const PassOptions& pass, PassReport* report) {
-    const PassOptions own = passOf(film, pass);
-    requireValid(own);
     State& s = *state_;
     const State::Work work(s);
-    const PassView seen(s.scene, own);
+    const PassOptions own = checked(s.device->ranks(), [&] { return passOf(film, pass); });
+    const PassView seen = viewOf(s, own);
     s.expose(work, Mode::Render, film, seen.view(), own, {}, report, [&](std::uint32_t spp, cmpg::Film& sums) {
         s.passes->render(seen.view(), spp, {.seed = own.seed, .step = own.frame}, sums);
     });
 }
 
 void Renderer::forward(Film& film, std::span<const Direction> directions, const PassOptions& pass, PassReport* report) {
-    const PassOptions own = passOf(film, pass);
-    requireValid(own);
     State& s = *state_;
     const State::Work work(s);
-    const PassView seen(s.scene, own);
-    const State::Along along(s, directions);
+    const PassOptions own = checked(s.device->ranks(), [&] { return passOf(film, pass); });
+    const PassView seen = viewOf(s, own);
+    const State::Along along = s.along(directions);
     s.expose(work, Mode::Forward, film, seen.view(), own, along.input, report, [&](std::uint32_t spp, cmpg::Film& sums) {
         s.passes->forward(seen.view(), spp, {.seed = own.seed, .step = own.frame, .pass = 1}, along.parameters, along.values, sums);
     });
@@ -182,21 +216,19 @@ void Renderer::forward(Film& film, std::span<const Direction> directions, const 
 
 void Renderer::train(const PassOptions& pass) {
     const PassOptions own = learningOf(pass);
-    requireValid(own);
     State& s = *state_;
     const State::Work work(s);
-    const PassView seen(s.scene, own);
+    const PassView seen = viewOf(s, own);
     s.train(work, Mode::Render, seen.view(), own, {},
             [&](std::uint32_t spp, std::uint32_t number) { s.passes->trainRender(seen.view(), spp, 1, own.seed, number); });
 }
 
 void Renderer::train(std::span<const Direction> directions, const PassOptions& pass) {
     const PassOptions own = learningOf(pass);
-    requireValid(own);
     State& s = *state_;
     const State::Work work(s);
-    const PassView seen(s.scene, own);
-    const State::Along along(s, directions);
+    const PassView seen = viewOf(s, own);
+    const State::Along along = s.along(directions);
     s.train(work, Mode::Forward, seen.view(), own, along.input, [&](std::uint32_t spp, std::uint32_t number) {
         s.passes->trainForward(seen.view(), spp, 1, own.seed, along.parameters, along.values, number);
     });
@@ -220,26 +252,10 @@ void Renderer::setSampling(Sampling sampling) {
 }
 
 Gradients Renderer::backward(const Image& adjoint, const PassOptions& pass, PassReport* report) {
-    requireValid(pass);
-    requireNoLayers(pass, "layers belong to images");
     State& s = *state_;
-    if (s.parameters.empty())
-        throw Error(ErrorKind::Usage, "no parameter was named when the renderer was made", {}, "name what derivatives are asked for", {"param"});
-    if (adjoint.channels != 3 || adjoint.width < 1 || adjoint.height < 1 || adjoint.values.size() != adjoint.pixels() * 3)
-        throw Error(ErrorKind::Usage, "the adjoint is no image of 3 channels", {}, "give the derivative of a scalar by every pixel and channel");
-    if (!std::all_of(adjoint.values.begin(), adjoint.values.end(), [](float value) { return std::isfinite(value); }))
-        throw Error(ErrorKind::Usage, "the adjoint has values that are not finite", "the loss divides by 0 or overflows at some pixel",
-                    "give 0 for pixels that are to be left out");
-    if ((pass.width > 0 && pass.width != adjoint.width) || (pass.height > 0 && pass.height != adjoint.height))
-        throw Error(ErrorKind::Usage,
-                    "the adjoint is " + std::to_string(adjoint.width) + "x" + std::to_string(adjoint.height) + ", not of the pass's size", {},
-                    "leave the size away", {"width", "height"});
-    PassOptions sized = pass;
-    sized.width = adjoint.width;
-    sized.height = adjoint.height;
-    sized.onImage = {};
     const State::Work work(s);
-    const PassView seen(s.scene, sized);
+    const PassOptions sized = checked(s.device->ranks(), [&] { return passOf(s.parameters, adjoint, pass); });
+    const PassView seen = viewOf(s, sized);
     const View& view = seen.view();
     const PassKey frozen{.seed = pass.seed, .step = pass.frame}, key{.seed = pass.seed, .step = pass.frame, .pass = 1};
     const bool continues = !s.options.paths.positivize && s.options.paths.pixelSampling == PixelSampling::Uniform;
@@ -269,15 +285,16 @@ CheckResult Renderer::check(const Direction& direction, const PassOptions& pass,
     PassOptions how = pass;
     how.frozen = true; // draws from no guide
     how.spp = pass.spp > 0 ? pass.spp : 16;
-    requireValid(how);
-    require(sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216, or 0");
-    requireNoLayers(pass, "a check makes no image");
-    State& s = *state_;
-    const State::Work work(s);
-    const std::uint32_t index = s.indexOf(direction), parameters[] = {index};
     if (how.width == 0 && how.height == 0)
         how.width = 128; // many renders, compared by blocks
-    const PassView seen(s.scene, how);
+    State& s = *state_;
+    const State::Work work(s);
+    const PassView seen = viewOf(s, how, [&] {
+        require(sppGradient <= kMostSamples, "spp-gradient", "from 1 to 16777216, or 0");
+        requireNoLayers(pass, "a check makes no image");
+    });
+    const State::Along along = s.along(std::span(&direction, 1));
+    const std::uint32_t index = along.parameters.front(), parameters[] = {index};
     const View& view = seen.view();
     return s.pass(work, Mode::Forward, view, how, {&direction.values}, report, [](std::uint32_t) {},
                   [&](std::uint32_t spp) {

@@ -267,16 +267,12 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
     return std::move(found.mean);
 }
 
-namespace {
-
 std::recursive_mutex& mutexOf(Device::State& device) {
     if (device.process != ::getpid())
         throw Error(ErrorKind::Device, "the device was opened by another process", "this one was forked from it, as multiprocessing does",
                     "open scenes and renderers in the process that uses them, or have processes spawned");
     return device.mutex;
 }
-
-} // namespace
 
 Renderer::State::Work::Work(State& state) : lock_(mutexOf(*state.device)), state_(state) {
     if (state.working)
@@ -305,9 +301,16 @@ void Renderer::State::finish(Mode mode, const PassOptions& how, const Before& be
         *report = std::move(told);
 }
 
-void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input) {
-    if (device->ranks().size() == 1)
-        return;
+void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
+                                       std::uint32_t before) {
+    Communicator& ranks = device->ranks();
+    if (ranks.size() > 1)
+        agree(ranks, checked(ranks, [&] { return asked(mode, view, how, input, before); }), "has asked for another pass",
+              "it was given another scene, other values, another adjoint or other options");
+}
+
+std::string Renderer::State::asked(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
+                                   std::uint32_t before) {
     if (how.timeBudget > 0)
         throw Error(ErrorKind::Usage, "a time budget does not run on several ranks", "their clocks differ", "give samples, batches or an error target instead",
                     {"time-budget"});
@@ -333,7 +336,7 @@ void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOp
         all << ' ' << number;
     for (const double number : {double(mode), double(how.frame), double(view.width), double(view.height), double(how.spp),
                                 double(how.train), double(how.trainSpp), double(how.anew), double(how.frozen), how.errorTarget, double(how.batches),
-                                double(how.layers)})
+                                double(how.layers), double(before)})
         all << ' ' << number;
     const CameraInfo camera = describe(*view.camera);
     for (const float number : camera.toWorld)
@@ -341,9 +344,7 @@ void Renderer::State::requireSameOnAll(Mode mode, const View& view, const PassOp
     all << ' ' << camera.name << ' ' << camera.orthographic << ' ' << camera.yfov << ' ' << camera.ymag << ' ' << how.seed;
     for (const std::vector<float>* values : input)
         all << ' ' << digestOf(*values);
-    if (const int other = firstOther(device->ranks(), all.str()))
-        throw Error(ErrorKind::Usage, "rank " + std::to_string(other) + " has asked for another pass than rank 0",
-                    "it was given another scene, other values, another adjoint or other options", "give all ranks the same");
+    return all.str();
 }
 
 PassReport Renderer::State::totals(Mode mode) const {

@@ -79,6 +79,7 @@ struct Renderer::State {
     const SdTree* guide() const { return renderer && renderer->hasGuide() && !renderer->guide().empty() ? &renderer->guide() : nullptr; } // null: knows nothing
     // Error(Usage) on what the renderer was not made for.
     std::uint32_t indexOf(const Direction& direction) const;
+    Along along(std::span<const Direction> directions) const;
 
     // One that nothing is learned from: adds to a film.
     template <class Run>
@@ -112,14 +113,18 @@ struct Renderer::State {
     Before begin(Mode mode, const View& view, const PassOptions& how);
     // Fills in what the pass did; Error(Numerical) where it left out too much.
     void finish(Mode mode, const PassOptions& how, const Before& before, PassReport* report);
-    // Of several ranks: Error(Usage) if they have not been asked for the same.
-    void requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input);
+    // Of several ranks, before all else that they do together: Error(Usage) if they have not been asked for the same. `before`: samples that a film has.
+    void requireSameOnAll(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, std::uint32_t before = 0);
+    std::string asked(Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input, std::uint32_t before);
     void tell(Mode mode, const Before& before);
     void requireFew() const; // contributions left out, of told
 
     std::vector<std::string> digests_; // of several ranks: of geometry, materials and lights, then of each parameter of `scene`
     Stopwatch clock_; // since the pass began
 };
+
+// Of whoever records, submits or frees. Error(Device) in another process than the one that opened the device.
+std::recursive_mutex& mutexOf(Device::State& device);
 
 // What a pass sees, with the camera where that was moved.
 class PassView {
@@ -171,7 +176,7 @@ auto Renderer::State::pass(const Work&, Mode mode, const View& view, const PassO
 template <class Run>
 void Renderer::State::expose(const Work&, Mode mode, Film& film, const View& view, const PassOptions& how,
                              const std::vector<const std::vector<float>*>& input, PassReport* report, Run&& run) {
-    requireSameOnAll(mode, view, how, input);
+    requireSameOnAll(mode, view, how, input, film.samples());
     const auto work = [&] {
         const Before before = begin(mode, view, how);
         const double compiledBefore = device->device.compileSeconds();
@@ -188,7 +193,7 @@ template <class Learn>
 void Renderer::State::train(const Work&, Mode mode, const View& view, const PassOptions& how, const std::vector<const std::vector<float>*>& input,
                             Learn&& learn) {
     requireSameOnAll(mode, view, how, input);
-    ensure(mode, true, false);
+    together(device->ranks(), [&] { ensure(mode, true, false); });
     if (!guided) // passes draw from the materials alone
         return;
     renderer->setInteraction(interaction());

@@ -131,6 +131,7 @@ class Optimization {
     void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
     void setRateFactor(double factor) { rateFactor_ = factor; } // on all rates, beside the schedule
 
+    double givenRateFactor() const { return rateFactor_; }
     const OptimizeConfig& config() const { return config_; }
     const OptimizeState& state() const { return state_; }
     const Scene& scene() const { return scene_; }

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import warnings
 
 scenario, source, launcher, other = sys.argv[1:5]
@@ -61,6 +62,9 @@ def main():
         elif scenario == "failed":
             done = launch(launcher, 2, folder)
             expect(done, "rank 0: rank 1 of 2 failed: KeyboardInterrupt", "rank 0: the ranks of this device no longer work together", "rank 1: interrupted",
+                   "rank 1: first interrupted", "rank 1: second the ranks of this device no longer work together",
+                   "rank 0: first rank 1 of 2 failed: KeyboardInterrupt", "rank 0: second the ranks of this device no longer work together",
+                   "rank 0: UsageError a memory budget of 16 MiB does not hold one batch", "rank 1: DeviceError rank 0 of 2 failed: a memory budget",
                    "rank 0: anew True", "rank 1: anew True")
             if done.returncode != 0:
                 sys.exit(f"exit code {done.returncode}:\n{done.stdout}{done.stderr}")
@@ -116,7 +120,7 @@ def failed(cmpg, communicator, folder, ranks):
     if rank == 1:
         threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
-        renderer.render(width=512, spp=64 if rank == 0 else 64)
+        renderer.render(width=512, spp=64)
         print(f"rank {rank}: done", flush=True)
     except KeyboardInterrupt:
         print(f"rank {rank}: interrupted", flush=True)
@@ -126,11 +130,33 @@ def failed(cmpg, communicator, folder, ranks):
         renderer.render(width=32, spp=1)
     except cmpg.DeviceError as error:
         print(f"rank {rank}: {error}", flush=True)
+    # While it waits for the agreement on a pass, which the other rank has not asked for yet.
+    renderer = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator))
+    renderer.render(width=32, spp=1)
+    if rank == 1:
+        threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    else:
+        time.sleep(1.5)
+    for attempt in ("first", "second"):  # of which rank 0 would otherwise take the second's for the first's
+        try:
+            renderer.render(width=32 if attempt == "first" else 48, spp=1)
+            print(f"rank {rank}: {attempt} done", flush=True)
+        except KeyboardInterrupt:
+            print(f"rank {rank}: {attempt} interrupted", flush=True)
+        except cmpg.Error as error:
+            print(f"rank {rank}: {attempt} {error}", flush=True)
+    # Memory is short on one rank alone, which the agreement does not see.
+    renderer = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator), max_depth=64, memory=16 + 48 * rank)
+    try:
+        renderer.render(width=32, spp=1)
+    except cmpg.Error as error:
+        print(f"rank {rank}: {type(error).__name__} {error}", flush=True)
     anew = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator)).render(width=32, spp=1)
     print(f"rank {rank}: anew {bool((anew == before).all())}", flush=True)
 
 
 def refused(cmpg, communicator, folder, ranks):
+    import numpy as np
     from mpi4py import MPI
 
     rank = communicator.rank
@@ -158,6 +184,7 @@ def refused(cmpg, communicator, folder, ranks):
     image = renderer.render(width=16, spp=1)
     refuses("another pass", lambda: renderer.render(width=16, spp=1, seed=rank))
     refuses("another pass", lambda: renderer.backward(image + rank, spp=1))
+    refuses("not finite", lambda: renderer.backward(image + (np.nan if rank else 0), spp=1))  # of the other rank, too
     refuses("time budget", lambda: renderer.render(width=16, time_budget=1))
     refuses("something else", lambda: cmpg.Recovery(scene, image + rank, painting, device=device))
     scene[painting] = 0.25 * rank
