@@ -5,6 +5,8 @@
 #include "session/option_values.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -20,7 +22,7 @@ Examples:
   cmpg-vk --headless view     gradient.exr -o gradient.png --signed
 
 A run writes its effective configuration to run.json in the folder of its output; --config takes it back, and options on the
-command line override it.
+command line override it: --FLAG=false switches a flag off that it sets.
 
 Exit codes: 0 done, 1 a check failed or a target was not reached, 2 usage, 3 scene, image or other input, 4 device,
             5 numerical failure, 6 output could not be written, 130 interrupted)";
@@ -39,10 +41,20 @@ template <class E, std::size_t N> std::string listOf(const EnumName<E> (&names)[
     return list;
 }
 
-// The parser turns -1 into the largest number.
-std::string requireWholeNumber(const std::string& text) {
-    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    return digits ? "" : "needs a whole number from 0, not '" + text + "'";
+// The parser turns -1 into the largest number, reads 010 as octal, and takes what does not fit into 64 bits for something that does.
+template <class T> std::string requireWholeNumber(std::string& text) {
+    T value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    if (text.empty() || at != end || error != std::errc())
+        return "needs a whole number from 0 to " + std::to_string(std::numeric_limits<T>::max()) + ", not '" + text + "'";
+    text = std::to_string(value);
+    return "";
+}
+
+// The parser takes an empty text for 0, and reads hexadecimal; what else is none it says itself.
+std::string requireDecimal(const std::string& text) {
+    return text.empty() || text.find_first_of("xX") != std::string::npos ? "needs a number, not '" + text + "'" : "";
 }
 
 // A number, or one with a unit.
@@ -58,10 +70,8 @@ CLI::Validator inUnit(Unit unit) {
             ""};
 }
 
-template <class T> constexpr bool kIsCount = false;
-template <> constexpr bool kIsCount<std::uint32_t> = true;
-template <> constexpr bool kIsCount<std::uint64_t> = true;
-template <> constexpr bool kIsCount<std::optional<std::uint32_t>> = true;
+template <class T> struct NumberOf { using Type = T; };
+template <class T> struct NumberOf<std::optional<T>> { using Type = T; };
 
 // Declares each option that it visits.
 struct Declare {
@@ -73,8 +83,11 @@ struct Declare {
             grouped(app.add_flag(nameOf(option), field, option.help));
         } else {
             CLI::Option* const added = add(option, field, option.value);
-            if constexpr (kIsCount<T>)
-                added->check(requireWholeNumber, "");
+            using Number = typename NumberOf<T>::Type;
+            if constexpr (std::is_unsigned_v<Number>)
+                added->transform(CLI::Validator(requireWholeNumber<Number>, ""));
+            if constexpr (std::is_floating_point_v<Number>)
+                added->check(requireDecimal, "");
             if constexpr (std::is_same_v<T, std::vector<std::string>>)
                 added->allow_extra_args(false);
         }

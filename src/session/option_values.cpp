@@ -14,7 +14,7 @@ namespace {
 std::optional<double> parse(const std::string& text, std::initializer_list<std::pair<const char*, double>> units) {
     char* end = nullptr;
     const double number = std::strtod(text.c_str(), &end);
-    if (end == text.c_str() || !std::isfinite(number))
+    if (end == text.c_str() || !std::isfinite(number) || text.find_first_of("xX") != std::string::npos) // hexadecimal
         return {};
     while (*end == ' ')
         ++end;

@@ -132,6 +132,13 @@ TEST(Options, ErrorsAndTimesHaveUnits) {
     EXPECT_EQ(parse({"compare", "s", "--param", "p", "-o", "d", "--time", "1min"}).time, 60.f);
 }
 
+TEST(Options, WholeNumbersAreDecimal) {
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--seed", "010"}).seed, 10u);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--seed", "08"}).seed, 8u);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--width=0012"}).width, 12u);
+    EXPECT_EQ(parse({"render", "s", "-o", "a.exr", "--spp", "0004"}).spp, 4u);
+}
+
 TEST(Options, NegativeNumbersAreValues) {
     EXPECT_FLOAT_EQ(parse({"view", "a.exr", "-o", "a.png", "--exposure", "-1.5"}).exposure, -1.5f);
 }
@@ -149,6 +156,22 @@ TEST(Options, RefusesWhatMakesNoSense) {
         {"render", "s", "-o", "a.exr", "--spp", "-4"},
         {"render", "s", "-o", "a.exr", "--spp", "4.5"},
         {"render", "s", "-o", "a.exr", "--spp", "many"},
+        {"render", "s", "-o", "a.exr", "--spp", ""},
+        {"render", "s", "-o", "a.exr", "--spp="},
+        {"render", "s", "-o", "a.exr", "--spp", "0x10"},
+        {"render", "s", "-o", "a.exr", "--spp", "4294967300"}, // 4 in 32 bits
+        {"render", "s", "-o", "a.exr", "--seed", "18446744073709551616"},
+        {"render", "s", "-o", "a.exr", "--seed", ""},
+        {"render", "s", "-o", "a.exr", "--guide-share", ""},
+        {"render", "s", "-o", "a.exr", "--guide-share="},
+        {"render", "s", "-o", "a.exr", "--guide-share", "0x1p-2"},
+        {"render", "s", "-o", "a.exr", "--environment-rotation", ""},
+        {"render", "s", "-o", "a.exr", "--error-target", ""},
+        {"render", "s", "-o", "a.exr", "--error-target", "0x1p-2"},
+        {"render", "s", "-o", "a.exr", "--time-budget", "0x1p4s"},
+        {"optimize", "s", "--param", "p", "--target", "t", "-o", "d", "--prior", ""},
+        {"view", "a.exr", "-o", "a.png", "--scale", ""},
+        {"view", "a.exr", "-o", "a.png", "--exposure", "0x10"},
         {"render", "s", "-o", "a.exr", "--spp", "99999999999999"},
         {"render", "s", "-o", "a.exr", "--width", "1000000"},
         {"render", "s", "-o", "a.exr", "--max-depth", "0"},
@@ -240,7 +263,7 @@ TEST(Options, HelpNamesEveryCommandAndExitCode) {
         parse({"--help"});
     } catch (const HelpRequested& help) {
         for (const char* word :
-             {"render", "gradient", "optimize", "inspect", "view", "guide", "--list-devices", "--version", "--spp-gradient", "Exit codes", "130"})
+             {"render", "gradient", "optimize", "inspect", "view", "guide", "--list-devices", "--version", "--spp-gradient", "=false", "Exit codes", "130"})
             EXPECT_NE(help.text.find(word), std::string::npos) << word;
     }
 }
