@@ -2,8 +2,8 @@
 #include "session/options.h"
 
 #include "base/error.h"
-#include "scene/file_io.h"
 #include "session/option_table.h"
+#include "session/parameter_values.h"
 #include "session/refuse.h"
 
 #include <filesystem>
@@ -123,13 +123,25 @@ std::string absolutePath(const std::string& path) {
     return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
 }
 
-// The file part of "NAME=FILE" made absolute, if a file is what it is.
-std::string absoluteAssignment(const std::string& text) {
+bool isFile(const std::string& text) {
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(text, ignored);
+}
+
+// "P=FILE" with an absolute file; "P=VALUE" as it is, even where a file has that name.
+std::string absoluteSetting(const std::string& text) {
     const std::size_t equals = text.find('=');
-    const std::string file = equals == std::string::npos ? text : text.substr(equals + 1);
-    if (!fileExists(file))
-        return text;
-    return (equals == std::string::npos ? "" : text.substr(0, equals + 1)) + absolutePath(file);
+    const std::string value = equals == std::string::npos ? "" : text.substr(equals + 1);
+    return isFile(value) && !parseNumbers(value) ? text.substr(0, equals + 1) + absolutePath(value) : text;
+}
+
+// "CAMERA=FILE" or "FILE", read as cameraFileOf() does: where both may be meant the scene decides, by the text as it is.
+std::string absoluteTarget(const std::string& text) {
+    const std::size_t equals = text.find('=');
+    const bool ofCamera = equals != std::string::npos && isFile(text.substr(equals + 1));
+    if (isFile(text))
+        return ofCamera ? text : absolutePath(text);
+    return ofCamera ? text.substr(0, equals + 1) + absolutePath(text.substr(equals + 1)) : text;
 }
 
 } // namespace
@@ -160,10 +172,10 @@ nlohmann::ordered_json toConfig(const Options& options) {
     if (o.direction != "one" && o.direction != "self")
         o.direction = absolutePath(o.direction);
     for (std::string& s : o.set)
-        s = absoluteAssignment(s);
+        s = absoluteSetting(s);
     for (std::vector<std::string>* files : {&o.target, &o.mask})
         for (std::string& file : *files)
-            file = absoluteAssignment(file);
+            file = absoluteTarget(file);
 
     nlohmann::ordered_json json;
     json["command"] = commandName(o.command);

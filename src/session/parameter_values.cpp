@@ -18,23 +18,6 @@ std::string sizeText(std::size_t width, std::size_t height) {
     return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// "0.5" or "r,g,b"; nothing if the text is neither (a file name, then).
-std::optional<std::vector<float>> parseNumbers(const std::string& text) {
-    std::vector<float> numbers;
-    const char* at = text.c_str();
-    while (true) {
-        char* end = nullptr;
-        numbers.push_back(std::strtof(at, &end));
-        if (end == at)
-            return {};
-        if (*end == 0)
-            return numbers;
-        if (*end != ',')
-            return {};
-        at = end + 1;
-    }
-}
-
 // The image of a file as entries of a parameter. One channel serves all; of three equal ones a scalar takes the first.
 std::vector<float> readEntries(const Parameter& parameter, const std::string& file) {
     const Image image = readImage(file).image;
@@ -54,6 +37,22 @@ std::vector<float> readEntries(const Parameter& parameter, const std::string& fi
 }
 
 } // namespace
+
+std::optional<std::vector<float>> parseNumbers(const std::string& text) {
+    std::vector<float> numbers;
+    const char* at = text.c_str();
+    while (true) {
+        char* end = nullptr;
+        numbers.push_back(std::strtof(at, &end));
+        if (end == at)
+            return {};
+        if (*end == 0)
+            return numbers;
+        if (*end != ',')
+            return {};
+        at = end + 1;
+    }
+}
 
 TextureAssignment parseTexture(const std::string& assignment) {
     const std::size_t equals = assignment.find('=');

@@ -4,11 +4,15 @@
 #include "scene/image.h"
 #include "scene/parameter_values.h"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace cmpg {
+
+// "0.5" or "r,g,b"; nothing if the text is neither (a file name, then).
+std::optional<std::vector<float>> parseNumbers(const std::string& text);
 
 struct TextureAssignment {
     std::string name; // or glob

@@ -336,6 +336,32 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
     EXPECT_EQ(toConfig(parse(runs[4])).at("target-exposure").dump(), "-0.3"); // a float in few digits
 }
 
+// run.json names files from anywhere, and leaves alone what is none, whatever lies about where it was written.
+TEST(Options, ConfigurationNamesFilesAbsolutely) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    for (const char* made : {"0.5", "1,2,3", "map", "run=3"})
+        std::filesystem::create_directory(made);
+    for (const char* file : {"a.exr", "b=c.exr", "c.exr", "7", "run=3/target.exr"})
+        test::writeText(file, "");
+    const auto config = [](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"optimize", "/s.gltf", "-o", "d", "--param", "p"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return toConfig(parse(arguments));
+    };
+    const std::string here = folder.path() + "/";
+    using Texts = std::vector<std::string>;
+    EXPECT_EQ(config({"--target", "a.exr", "--set", "a.b=0.5", "--set", "a.b=1,2,3", "--set", "a.b=7", "--set", "a.b=map", "--set", "a.b=a.exr"})
+                  .at("set"),
+              (Texts{"a.b=0.5", "a.b=1,2,3", "a.b=7", "a.b=map", "a.b=" + here + "a.exr"}));
+    EXPECT_EQ(config({"--target", "a.exr", "--target", "run=3/target.exr", "--target", "side=a.exr", "--target", "side=gone.exr", "--target", "run=3"})
+                  .at("target"),
+              (Texts{here + "a.exr", here + "run=3/target.exr", "side=" + here + "a.exr", "side=gone.exr", "run=3"}));
+    EXPECT_EQ(config({"--target", "b=c.exr"}).at("target"), Texts{"b=c.exr"}); // a file, or another of the camera b, which the scene decides
+    std::filesystem::current_path(before);
+}
+
 TEST(Options, CommandLineOverridesTheConfiguration) {
     const test::TemporaryFolder folder;
     const std::string file = folder / "run.json";
