@@ -85,7 +85,8 @@ void requireWritableGuide(const fs::path& file) {
 void makeFolder(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
-    if (!fs::is_directory(folder))
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored))
         throw Error(ErrorKind::Output, "cannot make the folder " + folder.string(), error ? error.message() : "a file of that name is in the way",
                     "choose another place");
 }

@@ -2,6 +2,7 @@
 #include "app/progress.h"
 #include "app/run_folder.h"
 #include "base/error.h"
+#include "session/output.h"
 
 #include <algorithm>
 #include <fstream>
@@ -31,6 +32,21 @@ class RunFolderFiles : public testing::Test {
 
     fs::path folder_;
 };
+
+// Whatever keeps it from being made is an error of the output.
+TEST_F(RunFolderFiles, AFolderThatCannotBeMadeIsNamed) {
+    fs::create_directories(folder_);
+    fs::create_symlink("circle", folder_ / "circle");
+    std::ofstream(folder_ / "file");
+    for (const fs::path& folder : {folder_ / "circle", folder_ / "circle" / "deeper", folder_ / "file", folder_ / std::string(300, 'a')})
+        try {
+            makeFolder(folder);
+            ADD_FAILURE() << folder;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind, ErrorKind::Output) << folder;
+            EXPECT_FALSE(error.cause.empty()) << folder;
+        }
+}
 
 TEST_F(RunFolderFiles, CsvHasAHeaderAndAFlushedRowPerStep) {
     RunFolder files(folder_);
