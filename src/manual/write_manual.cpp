@@ -71,10 +71,10 @@ std::string wordsOf(const CLI::App& app) {
     return words;
 }
 
-// The values of an option that has few: "a|b|c  [a]".
+// The values of an option that takes no others: "a|b|c  [a]". Capital letters and signs stand for something: "auto|FILE".
 std::string choicesOf(const CLI::Option& option) {
     std::string text = option.get_option_text().substr(0, option.get_option_text().find("  ["));
-    if (text.find('|') == std::string::npos || text.find(' ') != std::string::npos)
+    if (text.find('|') == std::string::npos || text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-|") != std::string::npos)
         return {};
     std::replace(text.begin(), text.end(), '|', ' ');
     return text;
@@ -96,7 +96,7 @@ void writeCompletion(std::ostream& out, const CLI::App& app) {
     out << "# bash completion of cmpg-vk\n_cmpg_vk() {\n    local word=${COMP_WORDS[COMP_CWORD]} options='" << wordsOf(app)
         << "' w\n    case ${COMP_WORDS[COMP_CWORD-1]} in\n" << values << "    esac\n    local command=\n    for w in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n        case $w in\n"
         << own << "            *) continue ;;\n        esac\n        command=$w\n        break\n    done\n    [[ $word == -* ]] && COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) && return\n"
-           "    COMPREPLY=($(compgen -f -- \"$word\"))\n    [[ -z $command ]] && COMPREPLY+=($(compgen -W '"
+           "    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n    [[ -z $command ]] && COMPREPLY+=($(compgen -W '"
         << commands << "' -- \"$word\"))\n}\ncomplete -o filenames -F _cmpg_vk cmpg-vk\n";
 }
 

@@ -37,6 +37,11 @@ offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; 
 [[ $offers == "--optimizer" ]] || fail "completion offers '$offers' for --opt"
 offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk render --sampler in); COMP_CWORD=3; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
 [[ $offers == "independent" ]] || fail "completion offers '$offers' for --sampler in"
+mkdir "$work/files" && touch "$work/files/a picture.exr"
+for option in --reference --set; do
+    offers=$(cd "$work/files" && bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk compare $option a); COMP_CWORD=3; _cmpg_vk; printf '<%s>' \"\${COMPREPLY[@]}\"")
+    [[ $offers == "<a picture.exr>" ]] || fail "completion offers '$offers' for $option a"
+done
 for header in cmpg/cmpg.h cmpg/error.h; do [ -f "$root/usr/include/$header" ] || fail "no header $header"; done
 
 dpkg_root --purge $(for p in "${packages[@]}"; do dpkg-deb -f "$p" Package; done)
