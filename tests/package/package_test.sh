@@ -13,7 +13,13 @@ fail() { echo "$*" >&2; exit 1; }
 cmake --build "$build" --target cmpg-vk cmpg_shared manual >"$work/build.log" || { cat "$work/build.log"; exit 1; }
 (cd "$build" && cpack -G DEB -B "$work/packages") >"$work/cpack.log" 2>&1 || { cat "$work/cpack.log"; exit 1; }
 packages=("$work"/packages/*.deb)
-ls -l "${packages[@]}"
+# Without the tool that finds dependencies there are no packages rather than some without dependencies.
+message=$(cd "$build" && cpack -G DEB -B "$work/lacking" -D "CMAKE_IGNORE_PATH=$(type -ap dpkg-shlibdeps | xargs -n 1 dirname | paste -sd ';')" 2>&1) &&
+    fail "packages were made without dpkg-shlibdeps"
+[[ $message == *"dpkg-shlibdeps is not installed"* ]] || fail "cpack does not say what is missing: $message"
+for package in "${packages[@]}"; do
+    [[ $(dpkg-deb -f "$package" Depends) == *libstdc++6* ]] || fail "$package does not depend on what it needs"
+done
 # The project has no address, and its packages close no bug of Debian's.
 lintian --fail-on error --suppress-tags bogus-mail-host,bogus-mail-host-in-debian-changelog,initial-upload-closes-no-bugs "${packages[@]}"
 
