@@ -34,7 +34,7 @@ Device::State::State(const std::string& select, std::shared_ptr<Communicator> sh
 Device::Device(const std::string& select) : Device(select, std::shared_ptr<Communicator>(std::shared_ptr<void>(), &ranks())) {} // which outlive it
 
 Device::Device(const std::string& select, std::shared_ptr<Communicator> communicator)
-    : state_(std::make_shared<State>(select, communicator ? std::move(communicator) : std::shared_ptr<Communicator>(std::shared_ptr<void>(), &oneRank()))) {}
+    : state_(makeState<State>(select, communicator ? std::move(communicator) : std::shared_ptr<Communicator>(std::shared_ptr<void>(), &oneRank()))) {}
 
 const DeviceInfo& Device::info() const { return state_->info; }
 

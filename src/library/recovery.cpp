@@ -30,10 +30,10 @@ RecoveryStep stepOf(const StepRecord& record, std::uint32_t step) {
 } // namespace
 
 Recovery::Recovery(const Device& device, const Scene& scene, const std::vector<Target>& targets, const RecoveryOptions& options)
-    : state_(std::make_shared<State>(device.state(), *scene.state(), targets, options)) {}
+    : state_(makeState<State>(device.state(), *scene.state(), targets, options)) {}
 
 Recovery::Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from)
-    : state_(std::make_shared<State>(renderer.state(), targets, options, from)) {}
+    : state_(makeState<State>(renderer.state(), targets, options, from)) {}
 
 bool Recovery::ended() const {
     const std::lock_guard lock(state_->mutex());

@@ -46,7 +46,7 @@ Renderer::State::Capacity capacityFor(const RecoveryOptions& options) {
 std::shared_ptr<Renderer::State> rendererFor(const std::shared_ptr<Device::State>& device, Scene::State& source, const RecoveryOptions& options) {
     const std::lock_guard lock(mutexOf(*device));
     return checked(device->ranks(), [&] {
-        return std::make_shared<Renderer::State>(device, source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, capacityFor(options));
+        return makeState<Renderer::State>(device, source, RendererOptions{.paths = options.paths, .parameters = options.parameters}, capacityFor(options));
     });
 }
 

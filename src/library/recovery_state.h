@@ -54,6 +54,7 @@ struct Recovery::State {
 
     cmpg::Scene& scene() const { return base->scene; }
     const std::vector<std::uint32_t>& parameters() const { return base->parameters; }
+    pid_t process() const { return base->process(); }
     Communicator& ranks() const { return base->device->ranks(); }
     std::recursive_mutex& mutex() const { return base->device->mutex; }
     Optimization& optimization() { return run->optimization(); }

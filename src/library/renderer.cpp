@@ -138,7 +138,7 @@ Renderer::State::Along Renderer::State::along(std::span<const Direction> directi
 }
 
 Renderer::Renderer(const Device& device, const Scene& scene, const RendererOptions& options)
-    : state_(std::make_shared<State>(device.state(), scene.state(), options)) {}
+    : state_(makeState<State>(device.state(), scene.state(), options)) {}
 
 Image Renderer::render(const PassOptions& pass, PassReport* report) {
     State& s = *state_;

@@ -268,7 +268,7 @@ std::vector<double> Renderer::State::spend(const PassOptions& how, const View& v
 }
 
 std::recursive_mutex& mutexOf(Device::State& device) {
-    if (device.process != ::getpid())
+    if (device.process() != ::getpid())
         throw Error(ErrorKind::Device, "the device was opened by another process", "this one was forked from it, as multiprocessing does",
                     "open scenes and renderers in the process that uses them, or have processes spawned");
     return device.mutex;

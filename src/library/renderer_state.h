@@ -64,6 +64,7 @@ struct Renderer::State {
     ~State();
     State(const State&) = delete;
 
+    pid_t process() const { return device->process(); }
     void drop();
     // For passes of a mode, with a guide if they `learn` first: one that has learned nothing since it was made if they learn `anew`.
     void ensure(Mode mode, bool learn, bool anew = true);

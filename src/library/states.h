@@ -14,6 +14,7 @@
 #include <span>
 #include <sys/types.h>
 #include <unistd.h>
+#include <utility>
 
 namespace cmpg::v1 {
 
@@ -23,11 +24,23 @@ struct Device::State {
     std::shared_ptr<Communicator> communicator;
     Communicator& ranks() const { return *communicator; }
 
-    const pid_t process = ::getpid(); // that opened it: a child of fork() has neither the driver's threads nor a mutex that they let go of
+    pid_t process() const { return process_; } // that opened it; see makeState()
     std::recursive_mutex mutex; // of whoever records, submits or frees; what is asked during a pass may free another renderer
     cmpg::Device device;
     DeviceInfo info;
+
+  private:
+    const pid_t process_ = ::getpid();
 };
+
+// What stands behind a handle that works with a device, as it is or in what it has. A child of fork() leaves it to the process that opened the device: it has
+// neither the driver's threads, for which the end of a device waits, nor mutexes that other threads let go of.
+template <class State, class... Arguments> std::shared_ptr<State> makeState(Arguments&&... arguments) {
+    return {new State(std::forward<Arguments>(arguments)...), [](State* state) {
+                if (state->process() == ::getpid())
+                    delete state;
+            }};
+}
 
 struct Scene::State {
     std::mutex mutex;

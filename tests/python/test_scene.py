@@ -233,3 +233,31 @@ def test_a_forked_process_is_told():
         assert process.exitcode == 0
     finally:
         process.kill()
+
+
+def test_a_forked_process_drops_what_it_inherits():
+    """Its driver has no threads, for which the end of a device waits."""
+    import multiprocessing
+    scene = cmpg.Scene(BOX)
+    scene._device = cmpg.Device()
+    renderer = cmpg.Renderer(scene, PAINTING)
+    image = renderer.render(width=8, spp=1)
+    kept = [scene, renderer, cmpg.Recovery(scene, image, PAINTING), cmpg.Recovery.of(cmpg.Renderer(scene, PAINTING, recoveries=True), image)]
+    del scene, renderer
+
+    def child(pipe):
+        kept.clear()
+        gc.collect()
+        pipe.send("dropped")
+
+    context = multiprocessing.get_context("fork")
+    here, there = context.Pipe()
+    process = context.Process(target=child, args=(there,))
+    process.start()
+    try:
+        assert here.poll(20), "the child hangs"
+        process.join(20)
+        assert process.exitcode == 0
+    finally:
+        process.kill()
+    kept[1].render(width=8, spp=1)  # the device is as it was
