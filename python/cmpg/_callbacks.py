@@ -13,7 +13,8 @@ def weakly(owner: Any, name: str) -> Callable[..., None]:
 
     def call(*arguments: Any) -> None:
         held = found()
-        if held is not None:
-            getattr(held, name)(*arguments)
+        function = None if held is None else getattr(held, name)
+        if function is not None:  # it may be taken away by another thread, which the library hears of when the pass is over
+            function(*arguments)
 
     return call

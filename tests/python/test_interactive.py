@@ -276,6 +276,28 @@ def test_callbacks_keep_nothing_alive(scene):
     assert found() is None
 
 
+def test_callbacks_may_be_taken_away_amidst_a_pass(grey, target):
+    renderer = cmpg.Renderer(grey, PAINTING, max_depth=4, recoveries=True)
+    recovery = cmpg.Recovery.of(renderer, target)
+    threads = []
+
+    def takes(away, *arguments):
+        def call(*_):
+            if not threads:
+                threads.append(threading.Thread(target=away, args=arguments))
+                threads[0].start()
+            time.sleep(0.02)
+
+        return call
+
+    renderer.on_submission(takes(renderer.on_submission, None), seconds=0.001)
+    renderer.render(width=64, spp=64)
+    threads.pop().join(20)
+    recovery.on_image(lambda *_: None)
+    renderer.on_submission(takes(recovery.on_image, None), seconds=0.001)
+    recovery.step()
+    threads.pop().join(20)
+
 
 def test_learning_goes_on(door):
     whole, parts = (cmpg.Renderer(door, "wall.baseColor", sampling="primal", max_depth=4, recoveries=r) for r in (False, True))
