@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from typing import Any
 
@@ -27,6 +28,8 @@ class _Bridge:
     """A copy of a scene whose values are those of tensors, and a renderer that follows it."""
 
     def __init__(self, scene: Scene, names: tuple[str, ...], device: Device | None, options: dict[str, Any]) -> None:
+        #: held from when the tensors' values are set until they are rendered
+        self.lock = threading.Lock()
         self.revision = scene._revision
         self.scene = scene.copy()
         self.renderer = Renderer(self.scene, names, device=device or scene.device, **options)
@@ -36,24 +39,29 @@ class _Bridge:
             self.scene[name] = _array(tensor)
 
 
+_looking = threading.Lock()  # for a bridge: two threads make one
+
+
 def _array(tensor: torch.Tensor) -> np.ndarray:
     return tensor.detach().to("cpu", torch.float32).contiguous().numpy()
 
 
 def _bridge(scene: Scene, names: tuple[str, ...], device: Device | None, options: dict[str, Any]) -> _Bridge:
     key = (names, device, key_of(options))
-    bridge = scene._renderers.get(key)
-    if bridge is None or bridge.revision != scene._revision:  # other values of the scene have changed
-        bridge = scene._renderers[key] = _Bridge(scene, names, device, options)
-    return bridge
+    with _looking:
+        bridge = scene._renderers.get(key)
+        if bridge is None or bridge.revision != scene._revision:  # other values of the scene have changed
+            bridge = scene._renderers[key] = _Bridge(scene, names, device, options)
+        return bridge
 
 
 class _Render(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, bridge: _Bridge, names: tuple[str, ...], image: dict[str, Any], gradient: dict[str, Any],
                 *tensors: torch.Tensor) -> torch.Tensor:
-        bridge.set(names, tensors)
-        pixels = bridge.renderer.render(**image)
+        with bridge.lock:
+            bridge.set(names, tensors)
+            pixels = bridge.renderer.render(**image)
         ctx.bridge, ctx.names, ctx.gradient = bridge, names, gradient
         ctx.save_for_backward(*tensors)
         return torch.from_numpy(np.asarray(pixels)).to(tensors[0].device, tensors[0].dtype)
@@ -62,8 +70,9 @@ class _Render(torch.autograd.Function):
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, adjoint: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
         tensors = ctx.saved_tensors
-        ctx.bridge.set(ctx.names, tensors)  # another image may have been made since
-        gradients = ctx.bridge.renderer.backward(_array(adjoint), **ctx.gradient)
+        with ctx.bridge.lock:
+            ctx.bridge.set(ctx.names, tensors)  # another image may have been made since
+            gradients = ctx.bridge.renderer.backward(_array(adjoint), **ctx.gradient)
         found = [
             torch.from_numpy(np.asarray(gradients[name])).to(tensor.device, tensor.dtype).reshape(tensor.shape) if needed else None
             for name, tensor, needed in zip(ctx.names, tensors, ctx.needs_input_grad[4:])
