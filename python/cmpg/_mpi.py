@@ -83,7 +83,7 @@ class Ranks:
         if self._failure:
             return
         self._failure = f"rank {self.rank} of {self.size} failed: {why}"
-        text = np.frombuffer(why.encode()[:4000], np.uint8)
+        text = np.frombuffer(why.encode(errors="replace")[:4000], np.uint8)
         for rank in range(self.size):
             if rank != self.rank:
                 _abandoned.append(self._all.Isend([text, self._mpi.BYTE], rank, _FAILED))

@@ -34,8 +34,18 @@ inline void translate(const std::exception_ptr& thrown, void*) {
                 option = "Scene.parameters, Scene.cameras";
             else
                 std::replace(option.begin(), option.end(), '-', '_');
+        // File names need not be UTF-8. Python has them so, too.
+        const auto text = [](const std::string& s) {
+            PyObject* const decoded = PyUnicode_DecodeUTF8(s.data(), Py_ssize_t(s.size()), "surrogateescape");
+            if (!decoded)
+                throw nb::python_error();
+            return nb::steal(decoded);
+        };
+        nb::list names;
+        for (const std::string& option : options)
+            names.append(text(option));
         const nb::object type = nb::module_::import_("cmpg._errors").attr(kindName(error.kind));
-        const nb::object made = type(error.what(), error.cause, error.remedy, options);
+        const nb::object made = type(text(error.what()), text(error.cause), text(error.remedy), names);
         PyErr_SetObject(type.ptr(), made.ptr());
     }
 }

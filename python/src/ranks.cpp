@@ -44,7 +44,7 @@ class PythonRanks final : public cmpg::Communicator {
         const nb::gil_scoped_acquire gil;
         const nb::error_scope raised; // by what ended the pass, perhaps
         try {
-            ranks_.attr("fail")(why);
+            ranks_.attr("fail")(nb::steal(PyUnicode_DecodeUTF8(why.data(), Py_ssize_t(why.size()), "replace"))); // names of files need not be UTF-8
         } catch (const std::exception&) { // nothing more can be done
         }
     }

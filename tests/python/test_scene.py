@@ -1,5 +1,6 @@
 """Scenes, their parameters, images and errors."""
 
+import gc
 import itertools
 import math
 import os
@@ -204,6 +205,17 @@ def test_is_a_collection_of_names(scene):
     assert list(scene) == list(scene.parameters)
     with pytest.raises(cmpg.UsageError, match="asked for by 0"):
         scene[0]
+
+
+def test_names_of_files_need_not_be_utf8(tmp_path):
+    name = os.fsdecode(b"n\xffthing.gltf")
+    with pytest.raises(cmpg.InputError) as caught:
+        cmpg.Scene(tmp_path / name)
+    assert name in caught.value.what
+    (tmp_path / name).touch()  # where a folder is wanted
+    with pytest.raises(cmpg.OutputError) as caught:
+        cmpg.Scene(BOX).export(tmp_path / name)
+    assert name in caught.value.what
 
 
 def test_has_a_version():
