@@ -8,7 +8,7 @@ namespace {
 
 DeviceInfo toPublic(const cmpg::DeviceInfo& info) { return {info.name, info.driver, info.type, info.usable, info.missing}; }
 
-cmpg::Device open(const std::string& select, const Communicator& ranks) {
+cmpg::Device open(const std::string& select, Communicator& ranks) {
     divideProcessors(ranks);
     return cmpg::Device(cmpg::Device::Options{.select = select.empty() ? deviceOfRank(ranks) : select});
 }

@@ -30,13 +30,23 @@ std::vector<Word> exchange(Communicator& ranks, const Word& own) {
 
 } // namespace
 
-void divideProcessors(const Communicator& ranks) {
-    cpu_set_t allowed;
-    if (ranks.localSize() == 1 || sched_getaffinity(0, sizeof allowed, &allowed) != 0)
+void divideProcessors(Communicator& ranks) {
+    if (ranks.size() == 1)
         return;
-    const int own = CPU_COUNT(&allowed), all = int(sysconf(_SC_NPROCESSORS_ONLN));
-    const int threads = own < all ? own : std::max(1, all / ranks.localSize());
-    setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0);
+    struct Place {
+        char machine[256] = {};
+        cpu_set_t allowed;
+    } own;
+    gethostname(own.machine, sizeof own.machine - 1);
+    CPU_ZERO(&own.allowed);
+    const bool known = sched_getaffinity(0, sizeof own.allowed, &own.allowed) == 0;
+    const std::vector<std::byte> all = ranks.gather(std::as_bytes(std::span(&own, 1)), std::vector<std::size_t>(std::size_t(ranks.size()), sizeof own));
+    if (!known || ranks.localSize() == 1)
+        return;
+    int sharing = 0; // machines may have one name
+    for (std::size_t at = 0; at < all.size() && sharing < ranks.localSize(); at += sizeof own)
+        sharing += std::memcmp(all.data() + at, &own, sizeof own) == 0;
+    setenv("LP_NUM_THREADS", std::to_string(std::max(1, CPU_COUNT(&own.allowed) / std::max(1, sharing))).c_str(), 0);
 }
 
 std::string deviceOfRank(const Communicator& ranks) {

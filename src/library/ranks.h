@@ -10,8 +10,9 @@
 
 namespace cmpg::v1 {
 
-// A CPU driver takes all processors unless told otherwise; ranks of one machine share them. Before the driver is loaded.
-void divideProcessors(const Communicator& ranks);
+// A CPU driver takes all processors that it may unless told otherwise; ranks of one machine that may use the same ones share them. All ranks together, before
+// the driver is loaded.
+void divideProcessors(Communicator& ranks);
 
 // For cmpg::Device::Options::select: where a machine has several graphics processors and several ranks, one after the other by local rank; else the best.
 std::string deviceOfRank(const Communicator& ranks);

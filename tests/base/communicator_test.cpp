@@ -1,15 +1,73 @@
 // Sums over ranks, which are threads here.
 #include "base/communicator.h"
 
+#include "library/ranks.h"
 #include "support/thread_ranks.h"
 
+#include <cstdlib>
+#include <optional>
 #include <random>
+#include <sched.h>
 #include <thread>
 
 namespace cmpg {
 namespace {
 
 using test::ThreadRank;
+
+// Ranks of one machine, of which this process is the first, and the others may use the processors that it may, or others.
+class Neighbours final : public Communicator {
+  public:
+    Neighbours(int ranks, int alike) : ranks_(ranks), alike_(alike) {}
+    int rank() const override { return 0; }
+    int size() const override { return ranks_; }
+    int localRank() const override { return 0; }
+    int localSize() const override { return ranks_; }
+    void sum(std::span<std::int64_t>) override {}
+    void broadcast(std::span<std::byte>, int) override {}
+    void gatherInto(std::span<const std::byte> own, std::span<const std::size_t>, std::span<std::byte> all) override {
+        for (int r = 0; r < ranks_; ++r) {
+            const auto at = std::copy(own.begin(), own.end(), all.begin() + std::ptrdiff_t(std::size_t(r) * own.size()));
+            if (r >= alike_)
+                at[-1] ^= std::byte{0x80}; // the last processor there may be
+        }
+    }
+
+  private:
+    int ranks_, alike_;
+};
+
+TEST(Communicator, RanksDivideTheProcessorsThatTheyShare) {
+    const char* const set = std::getenv("LP_NUM_THREADS");
+    const std::optional<std::string> before = set ? std::optional<std::string>(set) : std::nullopt;
+    cpu_set_t all;
+    ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+    const auto threads = [](int ranks, int alike) {
+        unsetenv("LP_NUM_THREADS");
+        Neighbours neighbours(ranks, alike);
+        v1::divideProcessors(neighbours);
+        const char* const found = std::getenv("LP_NUM_THREADS");
+        return found ? std::atoi(found) : 0;
+    };
+    const int count = CPU_COUNT(&all);
+    EXPECT_EQ(threads(1, 1), 0);
+    EXPECT_EQ(threads(2, 2), std::max(1, count / 2));
+    EXPECT_EQ(threads(4, 2), std::max(1, count / 2)); // two each in two sets
+    EXPECT_EQ(threads(4, 1), count);
+    EXPECT_EQ(threads(64, 64), std::max(1, count / 64));
+    cpu_set_t one = all; // fewer than there are
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) > 1; ++cpu)
+        CPU_CLR(cpu, &one);
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    EXPECT_EQ(threads(2, 2), 1);
+    EXPECT_EQ(threads(2, 1), 1);
+    ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+    setenv("LP_NUM_THREADS", "3", 1);
+    Neighbours neighbours(2, 2);
+    v1::divideProcessors(neighbours);
+    EXPECT_STREQ(std::getenv("LP_NUM_THREADS"), "3"); // who sets it knows better
+    before ? setenv("LP_NUM_THREADS", before->c_str(), 1) : unsetenv("LP_NUM_THREADS");
+}
 
 TEST(Communicator, SparseSumsAreSums) {
     constexpr int kRanks = 3;
