@@ -7,7 +7,9 @@
 
 from __future__ import annotations
 
+import atexit
 import threading
+import weakref
 from collections.abc import Mapping
 from typing import Any
 
@@ -33,10 +35,21 @@ class _Bridge:
         self.revision = scene._revision
         self.scene = scene.copy()
         self.renderer = Renderer(self.scene, names, device=device or scene.device, **options)
+        _bridges.add(self)
 
     def set(self, names: tuple[str, ...], tensors: tuple[torch.Tensor, ...]) -> None:
         for name, tensor in zip(names, tensors):
             self.scene[name] = _array(tensor)
+
+
+_bridges: weakref.WeakSet[_Bridge] = weakref.WeakSet()
+
+
+@atexit.register
+def _let_go() -> None:
+    """What the graph of an image holds is never freed where the image lives until the interpreter ends. Renderers, and with them the device, are let go before."""
+    for bridge in _bridges:
+        del bridge.renderer, bridge.scene
 
 
 _looking = threading.Lock()  # for a bridge: two threads make one

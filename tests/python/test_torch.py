@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import LIGHT, PAINTING, ROOT
+from conftest import BOX, LIGHT, PAINTING, ROOT
 
 torch = pytest.importorskip("torch", reason="PyTorch is not installed: scripts/python-env --torch")
 
@@ -164,3 +164,16 @@ def test_two_processes_average_their_gradients(tmp_path):
     assert len(errors["0"]) == 25 and errors["0"] == errors["1"] and losses["0"] != losses["1"]
     assert float(errors["0"][-1]) < 0.8 * float(errors["0"][0])
     assert (tmp_path / "out/painting.png").stat().st_size > 0
+
+
+def test_ends_quietly_with_an_image_that_lives():
+    """Torch frees no graph once the interpreter ends; what was in one may be reported as leaked then."""
+    code = f"""
+import torch, cmpg, cmpg.torch
+scene = cmpg.Scene({str(BOX)!r})
+painting = torch.full((64, 64, 3), 0.5, requires_grad=True)
+image = cmpg.torch.render(scene, {{{PAINTING!r}: painting}}, width=8, spp=1, max_depth=2)
+image.mean().backward()
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
