@@ -1,6 +1,7 @@
 // Names and files of exported scenes.
 #include "scene/export_folder.h"
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "scene/file_io.h"
 #include "scene/parameter_values.h"
@@ -91,9 +92,22 @@ Image imageOf(const Parameter& parameter) {
     return image;
 }
 
+fs::path ExportFolder::sourceAt(const std::string& name) const {
+    std::error_code error;
+    const fs::path file = fs::weakly_canonical(folder_ / name, error);
+    return !error && sources_.contains(file) ? file : fs::path();
+}
+
+void ExportFolder::reserve(const std::string& name) {
+    if (!sourceAt(name).empty())
+        throw Error(ErrorKind::Output, "cannot export to " + folder_.string() + ": it would overwrite " + name + ", which the scene is read from",
+                    "the output folder is the scene's own", "choose another folder");
+    taken_.emplace(name, fs::path());
+}
+
 std::string ExportFolder::add(const std::string& stem, const std::string& extension, std::span<const std::uint8_t> bytes) {
     std::string name = stem + extension;
-    for (int n = 2; !taken_.emplace(name, fs::path()).second; ++n)
+    for (int n = 2; !sourceAt(name).empty() || !taken_.emplace(name, fs::path()).second; ++n)
         name = stem + "-" + std::to_string(n) + extension;
     writeFile(folder_ / name, bytes);
     return name;
@@ -102,11 +116,13 @@ std::string ExportFolder::add(const std::string& stem, const std::string& extens
 std::string ExportFolder::copy(const fs::path& source, const fs::path& relative) {
     std::string name = relative.generic_string();
     for (int n = 2;; ++n) {
-        const auto [taken, isNew] = taken_.emplace(name, source);
-        if (!isNew && taken->second == source)
-            return name;
-        if (isNew)
-            break;
+        if (const fs::path there = sourceAt(name); there.empty() || there == source) {
+            const auto [taken, isNew] = taken_.emplace(name, source);
+            if (!isNew && taken->second == source)
+                return name;
+            if (isNew)
+                break;
+        }
         name = (relative.parent_path() / (relative.stem().string() + "-" + std::to_string(n) + relative.extension().string())).generic_string();
     }
     const fs::path target = folder_ / name;

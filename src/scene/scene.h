@@ -240,6 +240,7 @@ struct Scene {
     std::string source; // path it came from
     const SceneFormat* format = nullptr; // that it was read from; nullptr: built in memory
     std::map<std::string, std::string> definitions; // LoadOptions::definitions that it was read with
+    std::vector<std::filesystem::path> files; // that it names and was read from, its own among them, links followed
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<AlphaTexture> alphaTextures;

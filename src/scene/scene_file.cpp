@@ -51,14 +51,6 @@ const SceneFormat& formatOf(const fs::path& file) {
     return *kFormats.front();
 }
 
-void writeExactValues(const Parameter& parameter, const fs::path& folder) {
-    Parameter p = parameter;
-    p.materialise();
-    Image image(int(p.width), int(p.height), int(p.channels));
-    image.values = p.values;
-    writeExr(folder / "parameters" / (fileName(p.name) + ".exr"), image);
-}
-
 } // namespace
 
 std::span<const SceneFormat* const> sceneFormats() { return kFormats; }
@@ -70,6 +62,8 @@ Scene loadScene(const fs::path& file, const LoadOptions& options) try {
     Scene scene = format.load(file, options);
     scene.format = &format;
     scene.definitions = options.definitions;
+    if (!options.environment.file.empty())
+        scene.files.push_back(fs::weakly_canonical(options.environment.file));
     if (options.filter)
         for (Camera& camera : scene.cameras)
             camera.filter = *options.filter;
@@ -84,13 +78,15 @@ Scene loadScene(const fs::path& file, const LoadOptions& options) try {
 void exportScene(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) {
     if (!scene.format)
         throw Error(ErrorKind::Output, "cannot export a scene that came from no file");
-    std::error_code error;
-    if (fs::equivalent(scene.source, folder / scene.format->exported, error))
-        throw Error(ErrorKind::Output, "cannot export to " + folder.string() + ": it would overwrite the scene that is being exported",
-                    "the output folder is the scene's own", "choose another folder");
-    for (const std::uint32_t index : changed) // first: they are what cannot be had again
-        writeExactValues(scene.parameters.at(index), folder);
-    scene.format->write(scene, changed, folder);
+    ExportFolder out(folder, scene.files);
+    out.reserve(scene.format->exported);
+    for (const std::uint32_t index : changed) { // first: they are what cannot be had again
+        const Parameter& parameter = scene.parameters.at(index);
+        const std::string name = "parameters/" + fileName(parameter.name) + ".exr";
+        out.reserve(name); // copies of files that are called so go beside it
+        writeExr(folder / name, imageOf(parameter));
+    }
+    scene.format->write(scene, changed, out);
 }
 
 } // namespace cmpg

@@ -27,6 +27,8 @@ struct LoadOptions {
     std::optional<PixelFilter> filter = {}; // of all cameras, in place of the scene's own
 };
 
+class ExportFolder;
+
 // A format of scene files. Each has a folder of its own beside this file.
 struct SceneFormat {
     const char* name;
@@ -34,8 +36,8 @@ struct SceneFormat {
     // Whether a file begins like one, for files whose extension says nothing.
     bool (*begins)(std::span<const std::uint8_t> head);
     Scene (*load)(const std::filesystem::path& file, const LoadOptions& options);
-    // Puts current values into a copy of the scene's file in `folder`.
-    void (*write)(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
+    // Puts current values into a copy of the scene's file, called `exported`, a name that is reserved in `folder`.
+    void (*write)(const Scene& scene, const std::vector<std::uint32_t>& changed, ExportFolder& folder);
     const char* exported; // name of the file that write() makes
 };
 
@@ -48,7 +50,7 @@ bool isSceneName(const std::filesystem::path& file);
 Scene loadScene(const std::filesystem::path& file, const LoadOptions& options = {});
 
 // Writes the source scene with the given parameters' current values put back into its materials and textures (8-bit) to `folder`, as
-// SceneFormat::exported; and exact values as parameters/<name>.exr beside it. Throws Error(Output).
+// SceneFormat::exported; and exact values as parameters/<name>.exr beside it. No file that the scene was read from is overwritten. Throws Error(Output).
 void exportScene(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
 
 } // namespace cmpg

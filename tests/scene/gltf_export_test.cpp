@@ -201,6 +201,51 @@ TEST(GltfExport, PartialTransmissionLoadsBack) {
     }
 }
 
+// Exact values of an earlier run are where a user goes on from.
+TEST(GltfExport, CopiesLeaveExactValuesAlone) {
+    const TempFolder folder;
+    GltfWriter w = oneTriangle();
+    fs::create_directories(folder / "parameters");
+    saveExr(folder / "parameters/wall.baseColor.exr", 2, 1, "RGB", std::vector<float>(6, 0.25f));
+    w.json["images"] = {{{"uri", "parameters/wall.baseColor.exr"}}};
+    w.json["textures"] = {{{"source", 0}}};
+    for (const char* name : {"wall", "other"})
+        w.json["materials"][name == std::string("wall") ? 0 : 1] = {{"name", name}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}};
+    Scene s = loadScene(w.write(folder, "first.gltf"));
+    const std::uint32_t wall = s.parameter("wall.baseColor");
+    s.parameters[wall].materialise();
+    const std::vector<float> values(6, 0.123456f);
+    s.parameters[wall].values = values;
+    const TempFolder out;
+    exportScene(s, {wall}, out.path());
+    EXPECT_EQ(readImage(out / "parameters/wall.baseColor.exr").image.values, values);
+    EXPECT_EQ(valuesOf(loadScene(out / "scene.gltf"), "other.baseColor"), std::vector<float>(6, 0.25f));
+    // Nor are files overwritten that the scene is read from, whatever its own name.
+    const std::string before = readText(folder / "parameters/wall.baseColor.exr");
+    EXPECT_THROW(exportScene(s, {wall}, folder.path()), Error);
+    EXPECT_EQ(readText(folder / "parameters/wall.baseColor.exr"), before);
+    exportScene(s, {}, folder.path()); // which has another name
+    EXPECT_EQ(valuesOf(loadScene(folder / "scene.gltf"), "wall.baseColor"), std::vector<float>(6, 0.25f));
+}
+
+// Textures that are written into the scene's own folder go beside those that are read there.
+TEST(GltfExport, TexturesOfTheSceneItselfStay) {
+    const TempFolder folder;
+    GltfWriter w = oneTriangle();
+    savePng(folder / "textures/wall.baseColor.png", 1, 2, 3, {255, 0, 0, 0, 255, 0});
+    w.json["images"] = {{{"uri", "textures/wall.baseColor.png"}}};
+    w.json["textures"] = {{{"source", 0}}};
+    w.json["materials"][0] = {{"name", "wall"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}};
+    Scene s = loadScene(w.write(folder, "first.gltf"));
+    Parameter& wall = s.parameters[s.parameter("wall.baseColor")];
+    wall.materialise();
+    wall.values.assign(6, 1.0f);
+    const std::string before = readText(folder / "textures/wall.baseColor.png");
+    exportScene(s, {s.parameter("wall.baseColor")}, folder.path());
+    EXPECT_EQ(readText(folder / "textures/wall.baseColor.png"), before);
+    EXPECT_EQ(valuesOf(loadScene(folder / "scene.gltf"), "wall.baseColor"), std::vector<float>(6, 1.0f));
+}
+
 TEST(GltfExport, ClearCoatLoadsBack) {
     Fixture f;
     const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];

@@ -1,6 +1,7 @@
 // Scenes in Mitsuba's XML format: names, variables, files, limits, and what is written back.
 #include "base/log.h"
 #include "mitsuba_scene.h"
+#include "scene/image.h"
 #include "scene/parameter_values.h"
 #include "test_images.h"
 
@@ -261,6 +262,33 @@ TEST(Mitsuba, ExportedTexturesKeepTheirPlace) {
     setLogListener({});
     EXPECT_NE(said.find("wall.reflectance"), std::string::npos) << said;
     EXPECT_NE(said.find("wrap_mode_v"), std::string::npos) << said;
+}
+
+TEST(MitsubaExport, CopiesLeaveExactValuesAlone) {
+    const TempFolder folder;
+    fs::create_directories(folder / "parameters");
+    saveExr(folder / "parameters/first.reflectance.exr", 2, 1, "RGB", std::vector<float>(6, 0.25f));
+    const auto wall = [](const std::string& id) {
+        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
+               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"parameters/first.reflectance.exr\"/></texture></bsdf></shape>";
+    };
+    loadText(folder, wall("first") + wall("second"));
+    fs::rename(folder / "scene.xml", folder / "room.xml");
+    Scene s = loadScene(folder / "room.xml");
+    const std::uint32_t first = s.parameter("first.reflectance");
+    s.parameters[first].materialise();
+    const std::vector<float> values(6, 0.123456f);
+    setValues(s.parameters[first], values);
+    exportScene(s, {first}, folder / "out");
+    EXPECT_EQ(readImage(folder / "out/parameters/first.reflectance.exr").image.values, values);
+    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "out/scene.xml"), "second.reflectance")), std::vector<float>(6, 0.25f));
+    const std::string before = readText(folder / "parameters/first.reflectance.exr");
+    EXPECT_THROW(exportScene(s, {first}, folder.path()), Error);
+    EXPECT_EQ(readText(folder / "parameters/first.reflectance.exr"), before);
+    // Nor an included file.
+    save(folder, "<scene version=\"3.0.0\"><include filename=\"scene.xml\"/></scene>", "outer.xml");
+    save(folder, "<scene version=\"3.0.0\">" + kSquare + "</scene>");
+    EXPECT_THROW(exportScene(loadScene(folder / "outer.xml"), {}, folder.path()), Error);
 }
 
 // A recovered scene is recovered again: its textures have the names of what is written.

@@ -92,7 +92,8 @@ bool supportsExtension(const std::string& name) {
 GltfDocument::GltfDocument(const fs::path& file) : name_(file.string()) {
     const Bytes bytes = readFile(file);
     // A link to a scene stands for the scene itself: its neighbours are where it really lies.
-    folder_ = fs::canonical(file).parent_path();
+    file_ = fs::canonical(file);
+    folder_ = file_.parent_path();
     if (bytes.size() >= 4 && littleEndian(bytes, 0) == kGlbMagic)
         parseBinary(bytes);
     else
@@ -164,6 +165,24 @@ fs::path GltfDocument::resolve(const JsonView& uri) const {
     if (!path.refusal.empty())
         uri.fail("is \"" + relative + "\", " + path.refusal, path.cause, path.remedy);
     return path.file;
+}
+
+std::vector<fs::path> GltfDocument::files() const {
+    std::vector<fs::path> files{file_};
+    const auto add = [&](const JsonView& holder) {
+        const JsonView uri = holder["uri"];
+        if (!uri.exists() || isDataUri(uri.string())) return;
+        try {
+            files.push_back(resolve(uri));
+        } catch (const Error&) { // of an image that nothing uses
+        }
+    };
+    root()["buffers"].each(add);
+    root()["images"].each(add);
+    root()["scenes"].each([&](const JsonView& scene) {
+        if (scene["extras"].isObject() && scene["extras"]["environment"].exists()) add(scene["extras"]["environment"]);
+    });
+    return files;
 }
 
 Bytes GltfDocument::readUri(const JsonView& uri) const {

@@ -29,6 +29,8 @@ class GltfDocument {
 
     // What a `uri` stands for: a data: URI or a file inside the scene's folder.
     Bytes readUri(const JsonView& uri) const;
+    // The file itself and those that it names inside its folder.
+    std::vector<std::filesystem::path> files() const;
     // The file of a `uri` that is not data:, checked to lie inside the folder (symbolic links followed). It may not exist.
     std::filesystem::path resolve(const JsonView& uri) const;
 
@@ -43,7 +45,7 @@ class GltfDocument {
     void buildModel();
 
     std::string name_; // as given by the user, for messages
-    std::filesystem::path folder_;
+    std::filesystem::path file_, folder_; // links followed
     Json json_;
     Bytes binaryChunk_; // of a .glb
     bool hasBinaryChunk_ = false;

@@ -60,10 +60,9 @@ std::uint32_t materialOf(const Scene& scene, std::uint32_t parameter) {
 
 std::string uriOf(const std::string& relative) { return percentEncode(relative, "-._~/"); }
 
-void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) try {
+void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, ExportFolder& out) try {
     const GltfDocument source(scene.source);
     Json root = source.json();
-    ExportFolder out(folder, kGltf.exported);
 
     for (std::uint32_t i = 0; i < source.root()["buffers"].size(); ++i)
         copyReference(root["buffers"][i], source.root()["buffers"].at(i), source, out);
@@ -92,7 +91,7 @@ void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, co
         copyReference(root["scenes"][shown]["extras"]["environment"], view, source, out);
     }
     const std::string text = root.dump(1);
-    writeFile(folder / kGltf.exported, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+    writeFile(out.path() / kGltf.exported, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 } catch (const Json::exception& e) {
     throw Error(ErrorKind::Output, "cannot export " + scene.source + ": " + e.what(), "the scene's file changed since it was loaded",
                 "leave the scene in place during a run");

@@ -11,6 +11,6 @@ extern const SceneFormat kGltf;
 Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options);
 
 // The source file with current values in it, readable by any glTF viewer.
-void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
+void writeGltf(const Scene& scene, const std::vector<std::uint32_t>& changed, ExportFolder& folder);
 
 } // namespace cmpg

@@ -118,6 +118,7 @@ Scene loadGltf(const std::filesystem::path& file, const LoadOptions& options) {
     const GltfDocument document(file);
     GltfLoad load(document, options);
     load.scene.source = file.string();
+    load.scene.files = document.files();
     load.instances = walkNodes(load);
     noteIgnored(load);
     loadMaterials(load);

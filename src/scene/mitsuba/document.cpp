@@ -74,6 +74,7 @@ void MitsubaDocument::Reader::file(const fs::path& path, const std::string& name
     const auto index = std::uint32_t(d_.files_.size());
     File& file = d_.files_.emplace_back();
     file.name = name;
+    file.path = fs::weakly_canonical(path);
     for (std::size_t i = 0; i < bytes.size(); ++i)
         if (bytes[i] == '\n')
             file.lines.push_back(i);
@@ -248,6 +249,20 @@ fs::path MitsubaDocument::path(const MitsubaElement& element, const std::string&
     if (!path.refusal.empty())
         fail(element, "names \"" + relative + "\", " + path.refusal, path.cause, path.remedy);
     return path.file;
+}
+
+std::vector<fs::path> MitsubaDocument::files() const {
+    std::vector<fs::path> files;
+    for (const File& file : files_)
+        files.push_back(file.path);
+    std::set<std::string> names;
+    for (const MitsubaElement& element : elements_)
+        if (element.tag == "string" && element.name == "filename" && element.attribute("value"))
+            names.insert(*element.attribute("value"));
+    for (const std::string& name : names)
+        if (const ContainedPath path = containedPath(folder_, name); path.refusal.empty())
+            files.push_back(path.file);
+    return files;
 }
 
 Bytes MitsubaDocument::read(const MitsubaElement& element, const std::string& relative) const {

@@ -52,10 +52,13 @@ class MitsubaDocument {
     std::filesystem::path path(const MitsubaElement& element, const std::string& relative) const;
     Bytes read(const MitsubaElement& element, const std::string& relative) const;
     const std::filesystem::path& folder() const { return folder_; }
+    // The file itself and those that it includes or names, inside its folder.
+    std::vector<std::filesystem::path> files() const;
 
   private:
     struct File {
         std::string name;
+        std::filesystem::path path; // links followed
         std::vector<std::size_t> lines; // offsets of line breaks
         bool old = false;               // of a version before 2
     };

@@ -199,7 +199,7 @@ pugi::xml_document Exporter::run() {
 
 } // namespace
 
-void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed, const fs::path& folder) {
+void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed, ExportFolder& out) {
     const MitsubaDocument document(scene.source, scene.definitions);
     LoadOptions options;
     options.definitions = scene.definitions;
@@ -210,12 +210,11 @@ void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed,
     loadMitsubaShapes(source); // says which element each parameter came from
     if (source.scene.parameters.size() > scene.parameters.size())
         throw Error(ErrorKind::Output, "cannot export " + scene.source, "the scene's file changed since it was loaded", "leave the scene in place during a run");
-    ExportFolder out(folder, kMitsuba.exported);
     const pugi::xml_document xml = Exporter(scene, source, changed, out).run();
     std::ostringstream text;
     xml.save(text, "  ");
     const std::string bytes = text.str();
-    writeFile(folder / kMitsuba.exported, std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+    writeFile(out.path() / kMitsuba.exported, std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
 }
 
 } // namespace cmpg

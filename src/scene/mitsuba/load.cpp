@@ -92,6 +92,7 @@ Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options)
     const MitsubaDocument document(file, options.definitions);
     MitsubaLoad load(document, options);
     load.scene.source = file.string();
+    load.scene.files = document.files();
     for (const std::string& name : document.unusedDefinitions())
         load.warn("no variable of the scene is called " + name.substr(0, 64));
     checkContents(load);

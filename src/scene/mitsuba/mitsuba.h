@@ -11,6 +11,6 @@ extern const SceneFormat kMitsuba;
 Scene loadMitsuba(const std::filesystem::path& file, const LoadOptions& options);
 
 // The source file with current values in it, for stock Mitsuba 3 to open.
-void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed, const std::filesystem::path& folder);
+void writeMitsuba(const Scene& scene, const std::vector<std::uint32_t>& changed, ExportFolder& folder);
 
 } // namespace cmpg
