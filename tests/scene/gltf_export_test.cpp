@@ -246,6 +246,20 @@ TEST(GltfExport, TexturesOfTheSceneItselfStay) {
     EXPECT_EQ(valuesOf(loadScene(folder / "scene.gltf"), "wall.baseColor"), std::vector<float>(6, 1.0f));
 }
 
+TEST(GltfExport, NamesWithColonsStay) {
+    const TempFolder folder;
+    GltfWriter w = oneTriangle();
+    savePng(folder / "tex:a.png", 1, 1, 3, {255, 0, 0});
+    w.json["images"] = {{{"uri", "tex%3Aa.png"}}};
+    w.json["textures"] = {{{"source", 0}}};
+    w.json["materials"][0] = {{"name", "wall"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}};
+    const Scene s = loadScene(w.write(folder));
+    const TempFolder out;
+    exportScene(s, {}, out.path());
+    EXPECT_EQ(readText(out / "tex:a.png"), readText(folder / "tex:a.png"));
+    EXPECT_EQ(valuesOf(loadScene(out / "scene.gltf"), "wall.baseColor"), (std::vector<float>{1, 0, 0}));
+}
+
 TEST(GltfExport, ClearCoatLoadsBack) {
     Fixture f;
     const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];

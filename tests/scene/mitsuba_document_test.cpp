@@ -81,6 +81,20 @@ TEST(Mitsuba, IncludedFilesStandWhereTheyAreIncluded) {
     expectRefused(folder, "<shape type=\"sphere\"><include filename=\"none.xml\"/></shape>", "there is no file none.xml");
 }
 
+TEST(Mitsuba, NamesMayHaveColons) {
+    const TempFolder folder;
+    savePng(folder / "a:b.png", 1, 1, 3, {255, 0, 0});
+    const auto wall = [](const std::string& file) {
+        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"wall\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"" + file +
+               "\"/></texture></bsdf></shape>";
+    };
+    const Scene s = loadText(folder, wall("a:b.png"));
+    exportScene(s, {}, folder / "out");
+    EXPECT_EQ(find(loadScene(folder / "out/scene.xml"), "wall.reflectance").bytes, find(s, "wall.reflectance").bytes);
+    for (const char* name : {"https://example.org/a.png", "file:///etc/passwd", "C:/a.png", "/a.png"})
+        expectRefused(folder, wall(name), "not a relative path");
+}
+
 TEST(Mitsuba, RefusesWhatItDoesNotKnow) {
     const TempFolder folder;
     expectRefused(folder, "<shape type=\"rectangle\"><bsdf type=\"hair\"/></shape>", "use diffuse, ");

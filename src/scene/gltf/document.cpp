@@ -161,6 +161,11 @@ void GltfDocument::checkVersionAndExtensions() const {
 
 fs::path GltfDocument::resolve(const JsonView& uri) const {
     const std::string relative = percentDecode(uri);
+    // In the URI as it stands: a name may have %3A for a colon of its own.
+    const std::string text = uri.string();
+    if (const std::size_t colon = text.find(':'); colon != std::string::npos && text.find('/') > colon)
+        uri.fail("is \"" + relative + "\", which is not a relative path", "scenes may only name files inside their own folder",
+                 "put the file next to the scene and name it by a relative path, with %3A for a colon in its name");
     const ContainedPath path = containedPath(folder_, relative);
     if (!path.refusal.empty())
         uri.fail("is \"" + relative + "\", " + path.refusal, path.cause, path.remedy);
