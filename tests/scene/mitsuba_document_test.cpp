@@ -81,6 +81,26 @@ TEST(Mitsuba, IncludedFilesStandWhereTheyAreIncluded) {
     expectRefused(folder, "<shape type=\"sphere\"><include filename=\"none.xml\"/></shape>", "there is no file none.xml");
 }
 
+TEST(Mitsuba, IncludedFilesAreFoundBesideTheFileThatIncludesThem) {
+    const TempFolder folder;
+    fs::create_directories(folder / "parts/inner");
+    const auto part = [&](const std::string& name, const std::string& inside) { save(folder, "<scene version=\"3.0.0\">" + inside + "</scene>", name); };
+    const auto bsdf = [](const std::string& id) { return "<bsdf type=\"diffuse\" id=\"" + id + "\"/>"; };
+    part("parts/materials.xml", "<include filename=\"red.xml\"/><include filename=\"inner/blue.xml\"/><include filename=\"green.xml\"/><include filename=\"../grey.xml\"/>");
+    part("parts/red.xml", bsdf("red"));
+    part("red.xml", bsdf("wrong"));
+    part("parts/inner/blue.xml", bsdf("blue"));
+    part("green.xml", bsdf("green")); // beside the scene alone
+    part("grey.xml", bsdf("grey"));
+    std::string shapes;
+    for (const char* id : {"red", "blue", "green", "grey"})
+        shapes += "<shape type=\"rectangle\"><ref id=\"" + std::string(id) + "\"/></shape>";
+    const Scene s = loadText(folder, "<include filename=\"parts/materials.xml\"/>" + shapes);
+    EXPECT_EQ(s.materials.size(), 4u);
+    part("parts/materials.xml", "<include filename=\"../../grey.xml\"/>");
+    EXPECT_NE(refusal(folder, "<include filename=\"parts/materials.xml\"/>").find("leaves the scene's folder"), std::string::npos);
+}
+
 TEST(Mitsuba, NamesMayHaveColons) {
     const TempFolder folder;
     savePng(folder / "a:b.png", 1, 1, 3, {255, 0, 0});

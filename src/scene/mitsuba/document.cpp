@@ -182,7 +182,10 @@ void MitsubaDocument::Reader::children(const pugi::xml_node& node, MitsubaElemen
                 d_.fail(element, "<include> needs a filename");
             if (includes >= kMaxIncludes)
                 d_.fail(element, "files include each other too deeply", "a file includes itself", "at most " + std::to_string(kMaxIncludes) + " levels are read");
-            const fs::path path = d_.path(element, *name);
+            // Beside the file that includes it, as Mitsuba finds it, else beside the scene.
+            const fs::path beside = d_.files_[file].path.parent_path().lexically_relative(d_.folder_) / *name;
+            const ContainedPath near = containedPath(d_.folder_, beside.generic_string());
+            const fs::path path = near.refusal.empty() && fileExists(near.file) ? near.file : d_.path(element, *name);
             if (!fileExists(path))
                 d_.fail(element, "there is no file " + *name, "it was moved, renamed or left behind", "copy the whole folder of the scene");
             this->file(path, *name, parent, depth, includes + 1);
