@@ -21,6 +21,27 @@ TEST(Mitsuba, FieldsOfView) {
     EXPECT_NEAR(half("diagonal", 200, 100), 1 / std::sqrt(5.0), 1e-6);
 }
 
+// As Mitsuba 3.9.1 has the cameras of these scenes: its left is the frame's first column, and the opposite of ours.
+TEST(Mitsuba, CamerasWithoutUpStandAsTheirs) {
+    const TempFolder folder;
+    struct Case {
+        const char *origin, *target;
+        glm::vec3 left, up;
+    };
+    const Case cases[] = {{"1, 2, 3", "0, 0, 0", {-0.0792865f, 0.841427f, -0.534522f}, {0.960357f, -0.0792865f, -0.267261f}},
+                          {"0, 0, 0", "0, 0, 1", {0, -1, 0}, {1, 0, 0}},
+                          {"0, 0, 0", "0, 0, -1", {0, 1, 0}, {1, 0, 0}},
+                          {"4, -1, 0.5", "-1, 2, 2", {-0.331263f, -0.801242f, 0.498273f}, {0.447894f, 0.331263f, 0.830455f}},
+                          {"0, 3, 6", "0, 0.4, 0", {0, 0.917556f, -0.397607f}, {1, 0, 0}}};
+    for (const Case& c : cases)
+        for (const char* up : {"", " up=\"0, 0, 0\""}) {
+            const Scene s = loadText(folder, kSquare + "<sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"" + c.origin + "\" target=\"" + c.target + "\"" +
+                                                 up + "/></transform></sensor>");
+            expectVec(-glm::vec3(s.cameras[0].toWorld[0]), c.left, 2e-6f);
+            expectVec(glm::vec3(s.cameras[0].toWorld[1]), c.up, 2e-6f);
+        }
+}
+
 TEST(Mitsuba, PlanesThatCutTheSceneAreNamed) {
     const TempFolder folder;
     const auto load = [&](const std::string& planes) { // the square is 4 before the camera

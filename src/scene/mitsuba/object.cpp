@@ -53,8 +53,8 @@ glm::dmat4 lookAt(const MitsubaDocument& d, const MitsubaElement& e) {
     const glm::dvec3 origin = triple(d, e, "origin"), target = triple(d, e, "target");
     const glm::dvec3 forward = glm::normalize(target - origin);
     glm::dvec3 up = e.attribute("up") ? triple(d, e, "up") : glm::dvec3(0);
-    if (!(glm::length(up) > 0)) // any direction across
-        up = std::abs(forward.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    if (!(glm::length(up) > 0))
+        up = mitsubaFrame(forward).first;
     const glm::dvec3 left = glm::normalize(glm::cross(up, forward)), above = glm::cross(forward, left);
     const double sum = glm::dot(left, left) + glm::dot(forward, forward);
     if (!std::isfinite(sum))
@@ -102,6 +102,11 @@ glm::dmat4 step(const MitsubaDocument& d, const MitsubaElement& e) {
 }
 
 } // namespace
+
+std::pair<glm::dvec3, glm::dvec3> mitsubaFrame(const glm::dvec3& n) {
+    const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+    return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
+}
 
 std::vector<double> mitsubaNumbers(const MitsubaDocument& d, const MitsubaElement& e, const std::string& text, std::size_t fewest, std::size_t most) {
     std::vector<double> numbers;

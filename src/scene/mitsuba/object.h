@@ -48,6 +48,9 @@ class MitsubaObject {
     mutable std::set<const MitsubaElement*> read_;
 };
 
+// Two vectors across a unit vector, at right angles, that Mitsuba chooses where the file leaves them open (Duff et al. 2017).
+std::pair<glm::dvec3, glm::dvec3> mitsubaFrame(const glm::dvec3& n);
+
 // Numbers between commas or spaces; at least `fewest`, at most `most`, finite and within +-1e30.
 std::vector<double> mitsubaNumbers(const MitsubaDocument& document, const MitsubaElement& element, const std::string& text, std::size_t fewest,
                                    std::size_t most);

@@ -107,9 +107,8 @@ const Mesh& ShapeLoader::meshOf(const MitsubaObject& shape, glm::dmat4& toWorld)
         const glm::dvec3 n = glm::normalize(p1 - p0);
         if (!std::isfinite(n.x))
             shape.fail("the cylinder has no length");
-        // The frame about its axis that Mitsuba begins texture coordinates at (Duff et al. 2017).
-        const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a, radius = shape.real("radius", 1, 0);
-        const glm::dvec3 s(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), t(b, sign + n.y * n.y * a, -n.y);
+        const auto [s, t] = mitsubaFrame(n); // texture coordinates begin at s
+        const double radius = shape.real("radius", 1, 0);
         toWorld = toWorld * glm::dmat4(glm::dvec4(radius * s, 0), glm::dvec4(radius * t, 0), glm::dvec4(p1 - p0, 0), glm::dvec4(p0, 1));
         return analytic(cylinderMesh);
     }
