@@ -298,6 +298,41 @@ TEST(Mitsuba, ExportedTexturesKeepTheirPlace) {
     EXPECT_NE(said.find("wrap_mode_v"), std::string::npos) << said;
 }
 
+TEST(MitsubaExport, ReferencesByAnAliasStay) {
+    const TempFolder folder;
+    Scene s = loadText(folder, "<bsdf type=\"diffuse\" id=\"a\"/><alias id=\"a\" as=\"b\"/><alias id=\"b\" as=\"c\"/>"
+                               "<shape type=\"rectangle\"><ref id=\"c\"/></shape><shape type=\"disk\"><ref id=\"a\"/></shape>");
+    const std::uint32_t index = s.parameter("a.reflectance");
+    setValues(s.parameters[index], {0.25f, 0.5f, 0.75f});
+    exportScene(s, {index}, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    EXPECT_EQ(again.materials.size(), 1u);
+    EXPECT_EQ(find(again, "a.reflectance").values, (std::vector<float>{0.25f, 0.5f, 0.75f}));
+}
+
+// A texture that others refer to stays for them where the one who gave it its name has another.
+TEST(MitsubaExport, ReferencesToWhatIsReplacedStay) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const std::string picture = "<texture type=\"bitmap\" name=\"reflectance\" id=\"picture\"><string name=\"filename\" value=\"picture.png\"/></texture>";
+    Scene s = loadText(folder, "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"first\">" + picture + "</bsdf></shape>"
+                               "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"second\"><ref name=\"reflectance\" id=\"picture\"/></bsdf></shape>");
+    const std::uint32_t first = s.parameter("first.reflectance"), second = s.parameter("second.reflectance");
+    const std::vector<float> old = cmpg::valuesOf(s.parameters[second]), fresh(6, 1.0f);
+    for (const std::uint32_t index : {first, second})
+        s.parameters[index].materialise();
+    setValues(s.parameters[first], fresh);
+    exportScene(s, {first}, folder / "out");
+    const Scene again = loadScene(folder / "out/scene.xml");
+    EXPECT_EQ(cmpg::valuesOf(find(again, "first.reflectance")), fresh);
+    EXPECT_EQ(cmpg::valuesOf(find(again, "second.reflectance")), old);
+    EXPECT_TRUE(again.warnings == s.warnings);
+    setValues(s.parameters[second], fresh);
+    exportScene(s, {first, second}, folder / "both");
+    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "both/scene.xml"), "second.reflectance")), fresh);
+    EXPECT_FALSE(fs::exists(folder / "both/picture.png")) << "nothing refers to it";
+}
+
 TEST(MitsubaExport, CopiesLeaveExactValuesAlone) {
     const TempFolder folder;
     fs::create_directories(folder / "parameters");

@@ -222,15 +222,21 @@ MitsubaDocument::MitsubaDocument(const fs::path& file, const std::map<std::strin
     reader.file(file, file.string(), root_, 0, 0);
 }
 
+const MitsubaElement* MitsubaDocument::target(const MitsubaElement& ref) const {
+    const std::string* id = ref.attribute("id");
+    const auto found = id ? ids_.find(*id) : ids_.end();
+    return found == ids_.end() ? nullptr : found->second;
+}
+
 const MitsubaElement& MitsubaDocument::resolve(const MitsubaElement& element) const {
     if (element.tag != "ref")
         return element;
     const std::string* id = element.attribute("id");
-    const auto found = id ? ids_.find(*id) : ids_.end();
-    if (found == ids_.end())
+    const MitsubaElement* found = target(element);
+    if (!found)
         fail(element, id ? "nothing in the scene has the id " + *id : "<ref> needs an id", "it is misspelt, or its definition was left behind",
              "define it in the scene");
-    return *found->second;
+    return *found;
 }
 
 std::vector<std::string> MitsubaDocument::unusedDefinitions() const {

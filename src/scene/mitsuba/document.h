@@ -39,6 +39,8 @@ class MitsubaDocument {
     const std::vector<const MitsubaElement*>& contents() const { return root_.children; }
     // The element itself, or what it refers to.
     const MitsubaElement& resolve(const MitsubaElement& element) const;
+    // What a <ref> refers to, by its id or an alias; nothing where it dangles.
+    const MitsubaElement* target(const MitsubaElement& ref) const;
     // Definitions that no variable of the scene has.
     std::vector<std::string> unusedDefinitions() const;
     const std::string& name() const { return files_.front().name; }

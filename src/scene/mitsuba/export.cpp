@@ -57,7 +57,10 @@ class Exporter {
     pugi::xml_document run();
 
   private:
-    void write(pugi::xml_node parent, const MitsubaElement& element);
+    pugi::xml_node write(pugi::xml_node parent, const MitsubaElement& element);
+    bool isReplaced(const MitsubaElement& owner, const MitsubaElement& child) const;
+    void findReferences(const MitsubaElement& element);
+    void keepReferences(pugi::xml_node root, const MitsubaElement& element);
     void copyFile(const MitsubaElement& filename, pugi::xml_node written);
     void writeValue(pugi::xml_node parent, const std::string& property, const Parameter& parameter);
     void writeEnvironment(pugi::xml_node parent, const MitsubaElement* old);
@@ -66,7 +69,8 @@ class Exporter {
     const MitsubaLoad& source_;
     ExportFolder& folder_;
     std::map<const MitsubaElement*, std::map<std::string, std::uint32_t>> changed_; // by owner: parameters by property
-    bool environment_ = false;                                                      // is written anew
+    std::set<const MitsubaElement*> referenced_;                                    // by what is written as it was
+    bool environment_ = false; // is written anew
 };
 
 Exporter::Exporter(const Scene& scene, const MitsubaLoad& source, const std::vector<std::uint32_t>& changed, ExportFolder& folder)
@@ -148,12 +152,37 @@ void Exporter::writeEnvironment(pugi::xml_node parent, const MitsubaElement* old
     }
 }
 
-void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
-    if (element.tag == "emitter" && environment_ && (element.type == "envmap" || element.type == "constant")) {
-        if (!scene_.environment->replaced)
-            writeEnvironment(parent, &element);
-        return;
+bool Exporter::isReplaced(const MitsubaElement& owner, const MitsubaElement& child) const {
+    const auto found = changed_.find(&owner);
+    return found != changed_.end() && found->second.contains(child.name);
+}
+
+void Exporter::findReferences(const MitsubaElement& element) {
+    if (const MitsubaElement* target = element.tag == "ref" ? source_.document.target(element) : nullptr)
+        referenced_.insert(target);
+    for (const MitsubaElement* child : element.children)
+        if (!isReplaced(element, *child))
+            findReferences(*child);
+}
+
+// A texture whose place another takes stays for those that refer to it: in the scene itself, before all else.
+void Exporter::keepReferences(pugi::xml_node root, const MitsubaElement& element) {
+    for (const MitsubaElement* child : element.children) {
+        if (isReplaced(element, *child) && referenced_.contains(child))
+            write(root, *child).remove_attribute("name");
+        else
+            keepReferences(root, *child);
     }
+}
+
+// Returns what became of the element, if anything did.
+pugi::xml_node Exporter::write(pugi::xml_node parent, const MitsubaElement& old) {
+    if (old.tag == "emitter" && environment_ && (old.type == "envmap" || old.type == "constant")) {
+        if (!scene_.environment->replaced)
+            writeEnvironment(parent, &old);
+        return {};
+    }
+    const MitsubaElement& element = old;
     pugi::xml_node node = parent.append_child(element.tag.c_str());
     for (const auto& [key, value] : {std::pair("type", element.type), std::pair("id", element.id), std::pair("name", element.name)})
         if (!value.empty())
@@ -162,7 +191,9 @@ void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
         node.append_attribute(key.c_str()) = value.c_str();
     if (element.tag == "string" && element.name == "filename")
         copyFile(element, node);
-    const auto found = changed_.find(&element);
+    if (const MitsubaElement* target = element.tag == "ref" ? source_.document.target(element) : nullptr) // by an alias perhaps, which is not written
+        node.attribute("id") = target->id.c_str();
+    const auto found = changed_.find(&old);
     std::set<std::string> written;
     const bool moved = element.tag == "texture" &&
                        std::any_of(element.children.begin(), element.children.end(), [](const MitsubaElement* child) { return movesOldTexture(child->name); });
@@ -180,16 +211,21 @@ void Exporter::write(pugi::xml_node parent, const MitsubaElement& element) {
     if (moved)
         writeUvTransform(node, mitsubaUvTransform(MitsubaObject(source_.document, element)));
     if (found == changed_.end())
-        return;
+        return node;
     for (const auto& [property, index] : found->second) // that kept its default in the file
         if (!written.contains(property))
             writeValue(node, property, scene_.parameters[index]);
+    return node;
 }
 
 pugi::xml_document Exporter::run() {
     pugi::xml_document out;
     pugi::xml_node root = out.append_child("scene");
     root.append_attribute("version") = "3.0.0";
+    for (const MitsubaElement* element : source_.document.contents())
+        findReferences(*element);
+    for (const MitsubaElement* element : source_.document.contents())
+        keepReferences(root, *element);
     for (const MitsubaElement* element : source_.document.contents())
         write(root, *element);
     if (environment_ && scene_.environment->replaced)
