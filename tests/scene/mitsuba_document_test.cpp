@@ -360,6 +360,78 @@ TEST(MitsubaExport, CopiesLeaveExactValuesAlone) {
     EXPECT_THROW(exportScene(loadScene(folder / "outer.xml"), {}, folder.path()), Error);
 }
 
+// Textures that are written into the scene's own folder go beside those that are read there.
+TEST(MitsubaExport, TexturesOfTheSceneItselfStay) {
+    const TempFolder folder;
+    fs::create_directories(folder / "textures");
+    savePng(folder / "textures/first.reflectance.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
+    const auto wall = [](const std::string& id) {
+        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
+               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"textures/first.reflectance.png\"/></texture></bsdf></shape>";
+    };
+    loadText(folder, wall("first") + wall("second"));
+    fs::rename(folder / "scene.xml", folder / "room.xml");
+    Scene s = loadScene(folder / "room.xml");
+    const std::uint32_t first = s.parameter("first.reflectance");
+    s.parameters[first].materialise();
+    const std::vector<float> old = cmpg::valuesOf(s.parameters[s.parameter("second.reflectance")]), fresh(6, 1.0f);
+    setValues(s.parameters[first], fresh);
+    exportScene(s, {first}, folder.path());
+    const Scene again = loadScene(folder / "scene.xml");
+    EXPECT_EQ(cmpg::valuesOf(find(again, "first.reflectance")), fresh);
+    EXPECT_EQ(cmpg::valuesOf(find(again, "second.reflectance")), old);
+    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "room.xml"), "first.reflectance")), old);
+}
+
+// What Mitsuba 3 refuses of version 0.6, in its own words or left out.
+TEST(MitsubaExport, OlderWordsBecomeThoseOfMitsuba3) {
+    const TempFolder folder;
+    savePng(folder / "picture.png", 2, 1, 3, {200, 0, 0, 0, 100, 0});
+    const auto texture = [](const char* property, const std::string& inside) {
+        return "<texture type=\"bitmap\" name=\"" + std::string(property) + "\"><string name=\"filename\" value=\"picture.png\"/>" + inside + "</texture>";
+    };
+    const auto text = [](const char* name, const char* value) { return "<string name=\"" + std::string(name) + "\" value=\"" + value + "\"/>"; };
+    const auto number = [](const char* name, const char* value) { return "<float name=\"" + std::string(name) + "\" value=\"" + value + "\"/>"; };
+    const auto flag = [](const char* name, const char* value) { return "<boolean name=\"" + std::string(name) + "\" value=\"" + value + "\"/>"; };
+    const auto square = [](const std::string& inside, const char* type = "rectangle") { return "<shape type=\"" + std::string(type) + "\">" + inside + "</shape>"; };
+    const std::string scene =
+        "<integrator type=\"bdpt\"><integer name=\"maxDepth\" value=\"5\"/><boolean name=\"lightImage\" value=\"true\"/></integrator>"
+        "<sensor type=\"perspective\"><sampler type=\"halton\"><integer name=\"sampleCount\" value=\"16\"/><integer name=\"scramble\" value=\"-1\"/></sampler>"
+        "<film type=\"ldrfilm\"><integer name=\"width\" value=\"64\"/><integer name=\"height\" value=\"32\"/>" +
+        text("fileFormat", "png") + text("pixelFormat", "luminanceAlpha") + text("tonemapMethod", "gamma") + number("gamma", "-1") + number("exposure", "0") +
+        flag("banner", "false") + flag("attachLog", "false") + flag("highQualityEdges", "true") + text("label[10, 10]", "text") + "</film></sensor>" +
+        square("<bsdf type=\"diffuse\" id=\"coded\">" + texture("reflectance", text("filterType", "ewa") + number("gamma", "2.2") + number("maxAnisotropy", "8")) + "</bsdf>") +
+        square("<bsdf type=\"diffuse\" id=\"raw\">" + texture("reflectance", text("filterType", "trilinear") + number("gamma", "1") + text("wrapModeU", "clamp") + text("wrapModeV", "clamp") + flag("cache", "false")) + "</bsdf>") +
+        square("<bsdf type=\"roughconductor\" id=\"metal\">" + number("extEta", "1.33") + text("material", "Au") + "</bsdf>") +
+        square("<bsdf type=\"conductor\" id=\"copper\">" + text("extEta", "water") + "</bsdf>", "disk") +
+        square("<bsdf type=\"conductor\" id=\"both\">" + text("material", "Al") + "<rgb name=\"k\" value=\"1, 2, 3\"/></bsdf>") +
+        square("<bsdf type=\"plastic\" id=\"coated\">" + number("specularSamplingWeight", "0.5") + "</bsdf>" + number("maxSmoothAngle", "30") + flag("collapse", "true"));
+    Scene s = loadText(folder, scene, {}, "0.6.0");
+    const std::uint32_t alpha = s.parameter("metal.alpha");
+    setValues(s.parameters[alpha], {0.25f});
+    exportScene(s, {alpha}, folder / "out");
+    const std::string out = readText(folder / "out/scene.xml");
+    for (const char* unknown : {"bdpt", "light_image", "halton", "scramble", "ldrfilm", "\"png\"", "luminance", "tonemap", "gamma", "exposure", "attach_log", "high_quality", "label", "ewa",
+                                "trilinear", "anisotropy", "wrap_mode_", "cache", "ext_eta", "material", "sampling_weight", "max_smooth_angle", "collapse"})
+        EXPECT_EQ(out.find(unknown), std::string::npos) << unknown << "\n" << out;
+    const Scene again = loadScene(folder / "out/scene.xml");
+    EXPECT_EQ(again.maxDepth, 5u);
+    EXPECT_EQ(again.cameras[0].size, s.cameras[0].size);
+    ASSERT_EQ(again.materials.size(), s.materials.size());
+    for (std::size_t i = 0; i < s.materials.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(again.materials[i].eta[c], s.materials[i].eta[c], 1e-6f) << s.materials[i].name;
+            EXPECT_NEAR(again.materials[i].k[c], s.materials[i].k[c], 1e-6f) << s.materials[i].name;
+        }
+    ASSERT_EQ(again.parameters.size(), s.parameters.size());
+    for (const Parameter& was : s.parameters) {
+        const Parameter& is = find(again, was.name);
+        EXPECT_EQ(cmpg::valuesOf(is), cmpg::valuesOf(was)) << was.name;
+        EXPECT_EQ(is.wrapU, was.wrapU) << was.name;
+        EXPECT_EQ(is.wrapV, was.wrapV) << was.name;
+    }
+}
+
 // A recovered scene is recovered again: its textures have the names of what is written.
 TEST(MitsubaExport, WhatIsWrittenStaysWhereACopyHasItsName) {
     const TempFolder folder;

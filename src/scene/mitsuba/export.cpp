@@ -3,6 +3,7 @@
 #include "base/log.h"
 #include "scene/contained_path.h"
 #include "scene/export_folder.h"
+#include "scene/mitsuba/current_words.h"
 #include "scene/mitsuba/load.h"
 #include "scene/mitsuba/mitsuba.h"
 #include "scene/parameter_values.h"
@@ -70,6 +71,7 @@ class Exporter {
     ExportFolder& folder_;
     std::map<const MitsubaElement*, std::map<std::string, std::uint32_t>> changed_; // by owner: parameters by property
     std::set<const MitsubaElement*> referenced_;                                    // by what is written as it was
+    CurrentWords current_{source_.document};
     bool environment_ = false; // is written anew
 };
 
@@ -182,7 +184,7 @@ pugi::xml_node Exporter::write(pugi::xml_node parent, const MitsubaElement& old)
             writeEnvironment(parent, &old);
         return {};
     }
-    const MitsubaElement& element = old;
+    const MitsubaElement element = current_.of(old);
     pugi::xml_node node = parent.append_child(element.tag.c_str());
     for (const auto& [key, value] : {std::pair("type", element.type), std::pair("id", element.id), std::pair("name", element.name)})
         if (!value.empty())

@@ -69,6 +69,8 @@ struct ConductorIndex {
 };
 std::optional<ConductorIndex> conductorIndex(const std::string& name);
 std::string conductorNames();
+// That of a conductor, in relation to what surrounds it.
+ConductorIndex conductorIndex(const MitsubaObject& bsdf);
 // Real ones: "bk7", "air" ...
 std::optional<double> dielectricIndex(const std::string& name);
 

@@ -148,26 +148,9 @@ void MaterialMaker::dielectric(const MitsubaObject& bsdf, bool rough, bool thin)
 
 void MaterialMaker::conductor(const MitsubaObject& bsdf, bool rough) {
     material_.model = SurfaceModel::Conductor;
-    const std::string name = bsdf.string("material", "none");
-    const std::optional<ConductorIndex> known = conductorIndex(name);
-    if (!known)
-        bsdf.document().fail(*bsdf.find("material"), "the metal \"" + name.substr(0, 64) + "\" is not known",
-                             "", "use one of " + conductorNames() + ", or give eta and k as <rgb>");
-    material_.eta = known->eta;
-    material_.k = known->k;
-    const double exterior = bsdf.find("ext_eta") ? indexOf(bsdf, "ext_eta", "air") : 1;
-    const auto index = [&](const char* property, glm::vec3& out) {
-        const MitsubaElement* e = bsdf.find(property);
-        if (!e)
-            return;
-        out = glm::vec3(mitsubaColor(load_.document, *e, false));
-        if (!(out.x >= 0 && out.y >= 0 && out.z >= 0 && out.x <= 100 && out.y <= 100 && out.z <= 100))
-            load_.document.fail(*e, "the property " + std::string(property) + " is outside of [0, 100]");
-    };
-    index("eta", material_.eta);
-    index("k", material_.k);
-    material_.eta /= float(exterior);
-    material_.k /= float(exterior);
+    const ConductorIndex relative = conductorIndex(bsdf);
+    material_.eta = relative.eta;
+    material_.k = relative.k;
     slot(SlotKind::BaseColor, 3, bsdf, "specular_reflectance", glm::vec3(1));
     roughness(bsdf, rough);
     constant(SlotKind::Metallic, 1, glm::vec3(1));
@@ -278,6 +261,30 @@ void MaterialMaker::mask(const MitsubaObject& mask) {
 }
 
 } // namespace
+
+ConductorIndex conductorIndex(const MitsubaObject& bsdf) {
+    const MitsubaDocument& document = bsdf.document();
+    const std::string name = bsdf.string("material", "none");
+    const std::optional<ConductorIndex> known = conductorIndex(name);
+    if (!known)
+        document.fail(*bsdf.find("material"), "the metal \"" + name.substr(0, 64) + "\" is not known", "",
+                      "use one of " + conductorNames() + ", or give eta and k as <rgb>");
+    ConductorIndex out = *known;
+    const double exterior = bsdf.find("ext_eta") ? indexOf(bsdf, "ext_eta", "air") : 1;
+    const auto read = [&](const char* property, glm::vec3& value) {
+        const MitsubaElement* e = bsdf.find(property);
+        if (!e)
+            return;
+        value = glm::vec3(mitsubaColor(document, *e, false));
+        if (!(value.x >= 0 && value.y >= 0 && value.z >= 0 && value.x <= 100 && value.y <= 100 && value.z <= 100))
+            document.fail(*e, "the property " + std::string(property) + " is outside of [0, 100]");
+    };
+    read("eta", out.eta);
+    read("k", out.k);
+    out.eta /= float(exterior);
+    out.k /= float(exterior);
+    return out;
+}
 
 // One of the two materials of a blend, without an id called `name`.
 Material MitsubaMaterials::part(const MitsubaObject& bsdf, const MitsubaObject& blend, const std::string& name) {
