@@ -201,6 +201,18 @@ TEST(GltfExport, PartialTransmissionLoadsBack) {
     }
 }
 
+TEST(GltfExport, OtherExtrasStayBesideANewEnvironment) {
+    Fixture f;
+    f.w.json["scenes"][0]["extras"] = "a note";
+    LoadOptions options;
+    options.environment.file = f.folder / "sky.exr";
+    const Scene s = loadScene(f.w.write(f.folder), options);
+    const TempFolder out;
+    exportScene(s, {}, out.path());
+    EXPECT_TRUE(loadScene(out / "scene.gltf").environment);
+    EXPECT_EQ(Json::parse(readText(out / "scene.gltf"))["scenes"][0]["extras"]["extras"], Json("a note"));
+}
+
 // Exact values of an earlier run are where a user goes on from.
 TEST(GltfExport, CopiesLeaveExactValuesAlone) {
     const TempFolder folder;

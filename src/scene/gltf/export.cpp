@@ -45,7 +45,10 @@ void addScene(Json& root) {
 void exportEnvironment(Json& root, const Scene& scene, ExportFolder& folder) {
     if (root.value("scenes", Json::array()).empty()) addScene(root);
     const std::size_t shown = root.value("scene", std::size_t(0));
-    Json& json = root["scenes"][shown]["extras"]["environment"];
+    Json& extras = root["scenes"][shown]["extras"];
+    if (!extras.is_object() && !extras.is_null()) // it may be anything, and stays
+        extras = Json::object({{"extras", Json(extras)}});
+    Json& json = extras["environment"];
     json["uri"] = uriOf(folder.add("environment", ".exr", encodeExr(imageOf(scene.parameters[scene.environment->parameter]))));
     json["intensity"] = 1;
     if (scene.environment->replaced) json["rotation"] = scene.environment->rotation;
