@@ -51,7 +51,7 @@ struct Parameter {
     // How a surface point's texture coordinate finds a texel.
     Wrap wrapU = Wrap::Repeat, wrapV = Wrap::Repeat;
     bool nearest = false;
-    std::uint32_t texcoord = 0;             // TEXCOORD_0 or _1
+    std::uint32_t texcoord = 0;             // the material's first (0) or second (1) set
     glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0}; // columns: image of u, of v, translation (KHR_texture_transform)
 
     // Either `values` (linear, factor folded in, row-major, channels interleaved) or, for textures nobody changes, `bytes` as in the
@@ -114,6 +114,9 @@ struct Material {
     glm::vec3 eta{0}, k{1};       // Conductor: index of refraction and extinction over the exterior's index; eta 0, k 1 reflects all
     glm::vec3 absorption{0};      // Dielectric, without alphaMask: of its interior, per unit of length (Beer and Lambert's law)
     bool nonlinear = false;       // Plastic: reflections in the interior change its hue (Mitsuba's `nonlinear`)
+
+    // glTF's numbers of what is kept as its first and second set of texture coordinates.
+    std::array<std::uint32_t, 2> texcoordSets{0, 1};
 
     // Where there is an anisotropy slot: its direction in tangent space by place; ~0u: along the tangent. Into Scene::directionTextures.
     std::uint32_t anisotropyDirection = ~0u;

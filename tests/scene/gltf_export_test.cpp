@@ -213,6 +213,63 @@ TEST(GltfExport, OtherExtrasStayBesideANewEnvironment) {
     EXPECT_EQ(Json::parse(readText(out / "scene.gltf"))["scenes"][0]["extras"]["extras"], Json("a note"));
 }
 
+// Whichever two sets of texture coordinates a material names.
+TEST(GltfExport, HigherTextureCoordinatesStay) {
+    Fixture f;
+    Json& attributes = primitive(f.w)["attributes"];
+    attributes["TEXCOORD_2"] = f.w.floats({0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f}, 2);
+    attributes["TEXCOORD_5"] = f.w.floats({0.9f, 0.8f, 0.7f, 0.6f, 0.5f, 0.4f}, 2);
+    Json& material = f.w.json["materials"][0];
+    for (Json* texture : {&material["pbrMetallicRoughness"]["baseColorTexture"], &material["normalTexture"], &material["emissiveTexture"]}) (*texture)["texCoord"] = 2;
+    for (Json* texture : {&material["pbrMetallicRoughness"]["metallicRoughnessTexture"], &material["extensions"]["KHR_materials_specular"]["specularTexture"]})
+        (*texture)["extensions"]["KHR_texture_transform"]["texCoord"] = 5;
+    Scene s = loadScene(f.w.write(f.folder));
+    const auto at = [](const Scene& scene, const char* name) {
+        const Parameter& p = find(scene, name);
+        const Triangle& t = scene.geometry.triangles[0];
+        return (p.texcoord == 0 ? scene.geometry.uv0 : scene.geometry.uv1)[t.vertices[1]];
+    };
+    std::vector<std::uint32_t> changed;
+    for (const char* name : {"a/b.baseColor", "a/b.roughness", "a/b.normal"}) {
+        changed.push_back(s.parameter(name));
+        change(s.parameters[changed.back()]);
+    }
+    const TempFolder out;
+    exportScene(s, changed, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
+    expectSame(s, back);
+    for (const Scene* scene : std::initializer_list<const Scene*>{&s, &back}) {
+        for (const char* name : {"a/b.baseColor", "a/b.normal", "a/b.emission"}) EXPECT_EQ(at(*scene, name), glm::vec2(0.3f, 0.4f)) << name;
+        for (const char* name : {"a/b.roughness", "a/b.metallic", "a/b.specular"}) EXPECT_EQ(at(*scene, name), glm::vec2(0.7f, 0.6f)) << name;
+        EXPECT_FALSE(warned(*scene, "TEXCOORD"));
+    }
+}
+
+// A third set is not read; what is written has the one that was.
+TEST(GltfExport, MoreTextureCoordinatesThanAreReadAreWrittenAsRead) {
+    Fixture f;
+    Json& material = f.w.json["materials"][0];
+    material["normalTexture"]["texCoord"] = 1;
+    for (Json* texture : {&material["pbrMetallicRoughness"]["baseColorTexture"], &material["emissiveTexture"]}) {
+        (*texture)["texCoord"] = 2;
+        (*texture)["extensions"]["KHR_texture_transform"]["texCoord"] = 3;
+    }
+    material["emissiveTexture"]["extensions"]["KHR_texture_transform"].erase("texCoord");
+    Scene s = loadScene(f.w.write(f.folder));
+    EXPECT_TRUE(warned(s, "a/b.baseColor: its texture is used with TEXCOORD_3"));
+    std::vector<std::uint32_t> changed;
+    for (const char* name : {"a/b.baseColor", "a/b.emission"}) {
+        changed.push_back(s.parameter(name));
+        EXPECT_EQ(s.parameters[changed.back()].texcoord, 0u);
+        change(s.parameters[changed.back()]);
+    }
+    const TempFolder out;
+    exportScene(s, changed, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
+    EXPECT_FALSE(warned(back, "TEXCOORD"));
+    for (const char* name : {"a/b.baseColor", "a/b.emission"}) EXPECT_EQ(find(back, name).texcoord, 0u) << name;
+}
+
 // Exact values of an earlier run are where a user goes on from.
 TEST(GltfExport, CopiesLeaveExactValuesAlone) {
     const TempFolder folder;

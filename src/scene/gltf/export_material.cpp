@@ -70,6 +70,12 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
     texture["source"] = root_["images"].size() - 1;
     root_["textures"].push_back(std::move(texture));
     info["index"] = root_["textures"].size() - 1;
+    // The set that it is looked up by here, where the file names more sets than are read.
+    const std::uint32_t set = material_.texcoordSets[size.texcoord];
+    if (info.contains("extensions") && info["extensions"].contains("KHR_texture_transform") && info["extensions"]["KHR_texture_transform"].contains("texCoord"))
+        info["extensions"]["KHR_texture_transform"]["texCoord"] = set;
+    else if (set != 0 || info.contains("texCoord"))
+        info["texCoord"] = set;
 }
 
 // Alpha codes of the texture that `holder` has under `key`, of the parameter's size, or none if there is none with alpha.

@@ -72,7 +72,7 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     if (load.geometry.triangles() + corners / (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) > most || read > 3 * most)
         load.document.at(place).fail("brings the scene to more than " + std::to_string(most) + " triangles or three times as many vertices",
                                      "the mesh is too detailed, or its counts are damaged", "simplify the scene");
-    const auto attribute = [&](const char* name, std::uint32_t fewest, std::uint32_t widest) {
+    const auto attribute = [&](const std::string& name, std::uint32_t fewest, std::uint32_t widest) {
         const auto found = primitive.attributes.find(name);
         if (found == primitive.attributes.end()) return AccessorValues{};
         const std::string use = place + ".attributes." + name;
@@ -93,7 +93,9 @@ void addPrimitive(GltfLoad& load, std::uint64_t& read, const tinygltf::Primitive
     const std::uint32_t material = primitive.material >= 0 ? std::uint32_t(primitive.material) : defaultMaterial(load);
     const Material& surface = load.scene.materials[material];
     const bool anisotropic = hasAnisotropy(surface);
-    const AccessorValues normals = attribute("NORMAL", 3, 3), uv0 = attribute("TEXCOORD_0", 2, 2), uv1 = attribute("TEXCOORD_1", 2, 2);
+    const AccessorValues normals = attribute("NORMAL", 3, 3);
+    const auto texcoords = [&](std::uint32_t set) { return attribute("TEXCOORD_" + std::to_string(surface.texcoordSets[set]), 2, 2); };
+    const AccessorValues uv0 = texcoords(0), uv1 = texcoords(1);
     const AccessorValues colors = attribute("COLOR_0", 3, 4);
     const bool needsTangents = (surface.hasNormalMap || hasClearcoatNormals(surface) || anisotropic) && normals.count;
     const AccessorValues tangents = needsTangents ? attribute("TANGENT", 4, 4) : AccessorValues{};

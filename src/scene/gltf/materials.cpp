@@ -25,6 +25,7 @@ class MaterialLoader {
     void addLobes(const tinygltf::Material& source, Material& material);
     void addDirection(const tinygltf::Value& anisotropy, Material& material);
     void addClearcoatNormals(const tinygltf::Material& source, Material& material);
+    void chooseTexcoords(Material& material);
 
     GltfLoad& load_;
     ImageCache images_;
@@ -186,6 +187,34 @@ void MaterialLoader::addClearcoatNormals(const tinygltf::Material& source, Mater
     load_.addClearcoatNormals(material, images_.get(own->image), *own, scale);
 }
 
+// Until then textures have the numbers of the file. Vertices have two sets: 0 and 1 where these are enough, in place of which others come in.
+void MaterialLoader::chooseTexcoords(Material& material) {
+    std::vector<std::pair<std::uint32_t*, std::string>> uses;
+    for (const std::uint32_t p : material.parameters)
+        if (p != kNoParameter && load_.scene.parameters[p].textured)
+            uses.emplace_back(&load_.scene.parameters[p].texcoord, load_.scene.parameters[p].name);
+    if (material.alphaTexture != ~0u)
+        uses.emplace_back(&load_.scene.alphaTextures[material.alphaTexture].texcoord, material.name + "'s alpha");
+    for (const auto& [index, what] : {std::pair(material.anisotropyDirection, "'s direction of anisotropy"), std::pair(material.clearcoatNormals, "'s clear coat")})
+        if (index != ~0u && load_.scene.directionTextures[index].directions.size() > 1) // one alone is the same everywhere
+            uses.emplace_back(&load_.scene.directionTextures[index].texcoord, material.name + what);
+    std::set<std::uint32_t> sets;
+    for (const auto& [set, name] : uses)
+        sets.insert(*set);
+    std::array<std::uint32_t, 2>& kept = material.texcoordSets;
+    for (const std::uint32_t set : sets) // ascending
+        if (set > 1 && !sets.contains(kept[1]))
+            kept[1] = set;
+        else if (set > 1 && set != kept[1] && !sets.contains(kept[0]))
+            kept[0] = set;
+    for (const auto& [set, name] : uses) {
+        if (*set != kept[0] && *set != kept[1])
+            load_.warn(name + ": its texture is used with TEXCOORD_" + std::to_string(*set) + "; of a material two sets are read, and " + std::to_string(kept[0]) +
+                       " is used instead");
+        *set = *set == kept[1] ? 1 : 0;
+    }
+}
+
 void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) {
     const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
     const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
@@ -254,6 +283,7 @@ void MaterialLoader::add(const tinygltf::Material& source, std::uint32_t index) 
     addVolume(source, material, material.alphaMask);
     if (blend)
         addTransmission(source, material);
+    chooseTexcoords(material);
     load_.scene.materials.push_back(std::move(material));
 }
 

@@ -43,10 +43,7 @@ std::optional<TextureUse> readTextureUse(GltfLoad& load, const TextureInfo& info
         use.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
     }
     use.uvTransform = uvTransform(*info.transform);
-    const int texcoord = int(number(member(*info.transform, "texCoord"), info.texcoord));
-    if (texcoord > 1)
-        load.warn(place + " is used with TEXCOORD_" + std::to_string(texcoord) + "; only sets 0 and 1 are read, and 0 is used instead");
-    use.texcoord = texcoord == 1 ? 1 : 0;
+    use.texcoord = std::uint32_t(number(member(*info.transform, "texCoord"), info.texcoord));
     return use;
 }
 

@@ -9,6 +9,7 @@
 
 namespace cmpg {
 
+// `texcoord` is the number of the set in the file, of which a material as a whole keeps two.
 struct TextureUse : TextureAddress {
     std::uint32_t image = 0;
     bool linear = false; // images[i].extras.colorSpace
