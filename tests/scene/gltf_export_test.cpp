@@ -1,4 +1,5 @@
 // Export: a scene written with changed parameters loads back with the same values.
+#include "base/log.h"
 #include "gltf_writer.h"
 #include "scene/export_folder.h"
 #include "scene/file_io.h"
@@ -199,6 +200,71 @@ TEST(GltfExport, PartialTransmissionLoadsBack) {
         expectSame(s, back);
         EXPECT_NE(back.materials[1].blendWith, kNoMaterial);
     }
+}
+
+// Metal lets no light through in glTF: the factor is of what is left beside it.
+TEST(GltfExport, PartialTransmissionOfPartialMetalLoadsBack) {
+    Fixture f;
+    const auto& texture = f.w.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    for (const int textures : {0, 1, 2, 3}) { // of metal 1, of transmission 2
+        Json pbr = {{"metallicFactor", 0.5}, {"roughnessFactor", 0.4}}, transmission = {{"transmissionFactor", 0.5}};
+        if (textures & 1) pbr["metallicRoughnessTexture"] = texture;
+        if (textures & 2) transmission["transmissionTexture"] = texture;
+        f.w.json["materials"][1] = {{"name", "plain"}, {"pbrMetallicRoughness", pbr}, {"extensions", {{"KHR_materials_transmission", transmission}}}};
+        for (const bool byMetal : {false, true}) { // which of the two is recovered
+            SCOPED_TRACE(testing::Message() << textures << byMetal);
+            Scene s = loadScene(f.w.write(f.folder));
+            ASSERT_NE(s.materials[1].blendWith, kNoMaterial);
+            const std::uint32_t weight = s.parameter("plain.transmission"), metallic = s.parameter("plain.metallic"), changed = byMetal ? metallic : weight;
+            for (const std::uint32_t p : {weight, metallic}) s.parameters[p].materialise();
+            for (float& v : s.parameters[changed].values) v = byMetal ? v * 0.3f : 0.4f;
+            std::vector<float> &w = s.parameters[weight].values, &m = s.parameters[metallic].values;
+            for (std::size_t i = 0; i < w.size(); ++i) w[i] = std::min(w[i], 1 - m[m.size() > 1 ? i : 0]);
+            const TempFolder out;
+            exportScene(s, {changed}, out.path());
+            expectSame(s, loadScene(out / "scene.gltf"));
+        }
+    }
+}
+
+TEST(GltfExport, TransmissionThatMetalLeavesNoRoomForIsCut) {
+    Fixture f;
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"metallicFactor", 0.5}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.8}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    const std::uint32_t weight = s.parameter("plain.transmission"), metallic = s.parameter("plain.metallic");
+    s.parameters[metallic].values = {0.9f};
+    std::string said;
+    setLogListener([&](LogLevel, std::string_view, std::string_view message) { said += message; });
+    const TempFolder out;
+    exportScene(s, {metallic}, out.path());
+    setLogListener({});
+    EXPECT_NE(said.find("plain.transmission"), std::string::npos) << said;
+    const Scene back = loadScene(out / "scene.gltf");
+    EXPECT_NEAR(valuesOf(back, "plain.transmission")[0], 0.1f, 1e-6f);
+    EXPECT_EQ(valuesOf(back, "plain.metallic")[0], 0.9f);
+    s.parameters[metallic].values = {1.0f};
+    const TempFolder all;
+    exportScene(s, {weight, metallic}, all.path());
+    const Json json = Json::parse(readText(all / "scene.gltf"));
+    EXPECT_EQ(json["materials"][1]["extensions"]["KHR_materials_transmission"]["transmissionFactor"], Json(0.0));
+}
+
+// Roughness brings a texture in which metal, a constant, has a place: the weight has one, too.
+TEST(GltfExport, TransmissionBesideAResizedRoughnessLoadsBack) {
+    Fixture f;
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"metallicFactor", 0.5}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.5}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    Parameter& roughness = s.parameters[s.parameter("plain.roughness")];
+    roughness.width = roughness.height = 2;
+    roughness.textured = true;
+    roughness.values = {0.25f, 0.5f, 0.75f, 1};
+    const TempFolder out;
+    exportScene(s, {s.parameter("plain.roughness")}, out.path());
+    for (const float v : valuesOf(loadScene(out / "scene.gltf"), "plain.transmission")) EXPECT_NEAR(v, 0.25f, 0.505f / 255);
 }
 
 TEST(GltfExport, OtherExtrasStayBesideANewEnvironment) {

@@ -1,5 +1,6 @@
 // Puts parameter values back into a glTF material: 8-bit textures whose factors are 1, or factors alone.
 #include "base/error.h"
+#include "base/log.h"
 #include "scene/gltf/export.h"
 #include "scene/gltf/lobe_slots.h"
 #include "scene/image_decode.h"
@@ -18,7 +19,7 @@ class MaterialExporter {
   public:
     MaterialExporter(Json& root, const GltfDocument& source, const Scene& scene, std::uint32_t index, ExportFolder& folder)
         : root_(root), json_(root["materials"][index]), source_(source), scene_(scene), material_(scene.materials[index]),
-          folder_(folder) {}
+          folder_(folder), metallic_(values(SlotKind::Metallic)) {}
 
     void baseColor();
     void metallicRoughness();
@@ -28,6 +29,8 @@ class MaterialExporter {
     void lobe(const GltfLobeSlot& slot);
     void lobeColour(const GltfLobeSlot& slot, Json& json, const Parameter& p);
     void transmission();
+    // Whether the written metallic values stand where those of the scene do.
+    bool keepsMetallicTexels(const Parameter& before) const;
 
   private:
     Parameter values(SlotKind kind) const {
@@ -41,6 +44,8 @@ class MaterialExporter {
     std::uint32_t imageOf(const Json& info) const { return root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>(); }
     void keepDirections(const Json& info, Bytes& pixels);
     std::vector<std::uint8_t> originalAlpha(const Json& holder, const char* key, const Parameter& p);
+    void writeLobe(const GltfLobeSlot& slot, const Parameter& p);
+    bool metallicIsAlike(const Parameter& weight) const;
 
     Json& root_;
     Json& json_;
@@ -48,6 +53,7 @@ class MaterialExporter {
     const Scene& scene_;
     const Material& material_;
     ExportFolder& folder_;
+    Parameter metallic_; // as the written file has it
 };
 
 Json& MaterialExporter::extension(const char* name) {
@@ -130,6 +136,7 @@ void MaterialExporter::metallicRoughness() {
     if (!rough.textured && !metal.textured) {
         pbr["roughnessFactor"] = rough.values[0];
         pbr["metallicFactor"] = metal.values[0];
+        metallic_ = metal;
         return;
     }
     const glm::uvec2 size(std::max(rough.width, metal.width), std::max(rough.height, metal.height)); // one image has both
@@ -142,6 +149,13 @@ void MaterialExporter::metallicRoughness() {
     for (std::size_t i = 0; i < rough.values.size(); ++i) pixels.insert(pixels.end(), {255, code(rough.values[i]), code(metal.values[i])});
     setTexture(pbr, "metallicRoughnessTexture", material_.name + ".metallicRoughness", rough, pixels, 3);
     pbr["roughnessFactor"] = pbr["metallicFactor"] = 1;
+    metallic_ = metal;
+    for (float& v : metallic_.values) v = float(code(v)) / 255.0f;
+    if (!metal.textured) { // it has the place of the roughness now
+        metallic_.textured = true;
+        metallic_.texcoord = rough.texcoord;
+        metallic_.uvTransform = rough.uvTransform;
+    }
 }
 
 void MaterialExporter::specular() {
@@ -200,8 +214,9 @@ void MaterialExporter::normal() {
 }
 
 // The image has the value in all channels, so whichever the slot is read from; but of anisotropy, whose directions stay.
-void MaterialExporter::lobe(const GltfLobeSlot& slot) {
-    const Parameter p = values(slot.kind);
+void MaterialExporter::lobe(const GltfLobeSlot& slot) { writeLobe(slot, values(slot.kind)); }
+
+void MaterialExporter::writeLobe(const GltfLobeSlot& slot, const Parameter& p) {
     Json& json = extension(slot.extension);
     if (slot.colour)
         return lobeColour(slot, json, p);
@@ -226,14 +241,40 @@ void MaterialExporter::lobeColour(const GltfLobeSlot& slot, Json& json, const Pa
     json[slot.factor] = {1, 1, 1};
 }
 
-// By the texture coordinates of the metallic values, if it was these that made a texture of it.
+bool MaterialExporter::keepsMetallicTexels(const Parameter& before) const {
+    return metallic_.textured == before.textured && metallic_.width == before.width && metallic_.height == before.height;
+}
+
+// Whether texels of both belong together, so that the reader multiplies the weight by what is no metal.
+bool MaterialExporter::metallicIsAlike(const Parameter& weight) const {
+    return !metallic_.textured || (metallic_.width == weight.width && metallic_.height == weight.height && metallic_.uvTransform == weight.uvTransform &&
+                                   metallic_.texcoord == weight.texcoord);
+}
+
+// The weight is what the factor leaves of it where there is metal. By the texture coordinates of the metallic values, if it was these that made a texture of it.
 void MaterialExporter::transmission() {
     const GltfLobeSlot slot{SlotKind::Weight, "KHR_materials_transmission", "transmissionFactor", "transmissionTexture", 0, 0};
     Json& json = extension(slot.extension);
+    Parameter weight = values(SlotKind::Weight);
+    if (!weight.textured && metallic_.textured) { // as the reader will have it
+        const float constant = weight.values[0];
+        const std::string name = weight.name;
+        weight = metallic_;
+        weight.name = name;
+        weight.values.assign(metallic_.values.size(), constant);
+    }
     const Json& pbr = json_["pbrMetallicRoughness"];
-    if (values(SlotKind::Weight).textured && !json.contains(slot.texture) && pbr.contains("metallicRoughnessTexture"))
+    if (weight.textured && metallic_.textured && !json.contains(slot.texture) && pbr.contains("metallicRoughnessTexture"))
         json[slot.texture] = pbr["metallicRoughnessTexture"];
-    lobe(slot);
+    bool cut = false;
+    for (std::size_t i = 0; metallicIsAlike(weight) && i < weight.values.size(); ++i) {
+        const float rest = 1 - metallic_.values[metallic_.textured ? i : 0], wanted = weight.values[i];
+        weight.values[i] = rest > 0 ? std::min(wanted / rest, 1.0f) : 0.0f;
+        cut |= wanted > rest + 0.5f / 255.0f;
+    }
+    if (cut)
+        logWarn(weight.name + ": where it and metallic are above 1 in sum the written scene lets less light through, since glTF's metal lets none; parameters/ has all");
+    writeLobe(slot, weight);
 }
 
 } // namespace
@@ -246,7 +287,11 @@ void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, 
     if (changed.contains(SlotKind::Specular)) exporter.specular();
     if (changed.contains(SlotKind::Emission)) exporter.emission();
     if (changed.contains(SlotKind::Normal)) exporter.normal();
-    if (changed.contains(SlotKind::Weight)) exporter.transmission();
+    const Material& material = scene.materials[index];
+    const std::uint32_t metallic = material.parameters[std::size_t(SlotKind::Metallic)];
+    const bool blend = material.parameters[std::size_t(SlotKind::Weight)] != kNoParameter;
+    if (changed.contains(SlotKind::Weight) || (blend && (changed.contains(SlotKind::Metallic) || !exporter.keepsMetallicTexels(scene.parameters[metallic]))))
+        exporter.transmission();
     for (const GltfLobeSlot& slot : kGltfLobeSlots)
         if (changed.contains(slot.kind)) exporter.lobe(slot);
 }
