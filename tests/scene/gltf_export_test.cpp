@@ -267,6 +267,62 @@ TEST(GltfExport, TransmissionBesideAResizedRoughnessLoadsBack) {
     for (const float v : valuesOf(loadScene(out / "scene.gltf"), "plain.transmission")) EXPECT_NEAR(v, 0.25f, 0.505f / 255);
 }
 
+TEST(GltfExport, TexturesThatAreNotReadLeaveTheirSlots) {
+    Fixture f;
+    const Json unread = {{"index", 1}, {"texCoord", 1}};
+    f.w.json["textures"].push_back({{"sampler", 0}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"baseColorTexture", unread}, {"metallicRoughnessTexture", unread}, {"metallicFactor", 0}}},
+                                {"emissiveTexture", unread},
+                                {"emissiveFactor", {1, 1, 1}},
+                                {"normalTexture", unread},
+                                {"occlusionTexture", unread},
+                                {"extensions",
+                                 {{"KHR_materials_specular", {{"specularTexture", unread}}},
+                                  {"KHR_materials_transmission", {{"transmissionFactor", 0.5}, {"transmissionTexture", unread}}},
+                                  {"KHR_materials_clearcoat", {{"clearcoatFactor", 0.5}, {"clearcoatTexture", unread}, {"clearcoatRoughnessTexture", unread}}},
+                                  {"KHR_materials_sheen", {{"sheenColorFactor", {1, 1, 1}}, {"sheenColorTexture", unread}, {"sheenRoughnessTexture", unread}}},
+                                  {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}, {"anisotropyTexture", unread}}}}}};
+    for (const bool texels : {false, true}) { // a constant may have become a texture
+        Scene s = loadScene(f.w.write(f.folder));
+        EXPECT_TRUE(warned(s, "no image in a format that is read"));
+        std::vector<std::uint32_t> changed;
+        for (const std::uint32_t p : s.materials[1].parameters) {
+            if (p == kNoParameter || (texels && s.parameters[p].kind == SlotKind::Weight)) continue;
+            Parameter& parameter = s.parameters[p];
+            ASSERT_FALSE(parameter.textured) << parameter.name;
+            if (texels && parameter.kind != SlotKind::Normal) {
+                parameter.width = parameter.height = 2;
+                parameter.textured = true;
+                parameter.values.resize(parameter.entries());
+            }
+            change(parameter);
+            if (parameter.kind == SlotKind::Metallic) parameter.values.assign(parameter.values.size(), 0.0f);
+            if (parameter.kind == SlotKind::Normal) parameter.values = {0, 0, 1};
+            changed.push_back(p);
+        }
+        const TempFolder out;
+        exportScene(s, changed, out.path());
+        const Scene back = loadScene(out / "scene.gltf");
+        for (const std::uint32_t p : changed) {
+            const Parameter& parameter = s.parameters[p];
+            const std::vector<float> is = valuesOf(back, parameter.name);
+            ASSERT_EQ(is.size(), parameter.values.size()) << parameter.name;
+            const float brightest = *std::max_element(is.begin(), is.end()), largest = parameter.kind == SlotKind::Emission ? brightest : 1.0f;
+            for (std::size_t i = 0; i < is.size(); ++i) EXPECT_NEAR(is[i], parameter.values[i], tolerance(parameter, parameter.values[i], largest)) << parameter.name;
+        }
+        Json material = Json::parse(readText(out / "scene.gltf"))["materials"][1];
+        EXPECT_TRUE(material.contains("occlusionTexture")) << "of no slot";
+        material.erase("occlusionTexture");
+        EXPECT_EQ(material.dump().find(unread.dump()), std::string::npos) << material.dump(1);
+    }
+    // What is left alone stays.
+    const TempFolder out;
+    Scene s = loadScene(f.w.write(f.folder));
+    exportScene(s, {s.parameter("plain.baseColor")}, out.path());
+    EXPECT_TRUE(Json::parse(readText(out / "scene.gltf"))["materials"][1].contains("emissiveTexture"));
+}
+
 TEST(GltfExport, OtherExtrasStayBesideANewEnvironment) {
     Fixture f;
     f.w.json["scenes"][0]["extras"] = "a note";

@@ -39,10 +39,12 @@ class MaterialExporter {
         return p;
     }
     Json& extension(const char* name);
+    // Takes away a texture whose image is not read, and so has no part in the values: other programs, which may read it, would multiply them by it.
+    void dropUnread(Json& holder, const char* key) const;
     // Lets `holder`[key] use a new image; sampler, texture coordinates and their transform stay.
     void setTexture(Json& holder, const char* key, const std::string& name, const Parameter& size, const Bytes& pixels, int channels);
     std::uint32_t imageOf(const Json& info) const { return root_["textures"][info["index"].get<std::size_t>()]["source"].get<std::uint32_t>(); }
-    void keepDirections(const Json& info, Bytes& pixels);
+    void keepDirections(const Json& holder, const char* key, Bytes& pixels);
     std::vector<std::uint8_t> originalAlpha(const Json& holder, const char* key, const Parameter& p);
     void writeLobe(const GltfLobeSlot& slot, const Parameter& p);
     bool metallicIsAlike(const Parameter& weight) const;
@@ -84,6 +86,11 @@ void MaterialExporter::setTexture(Json& holder, const char* key, const std::stri
         info["texCoord"] = set;
 }
 
+void MaterialExporter::dropUnread(Json& holder, const char* key) const {
+    if (holder.contains(key) && !root_["textures"][holder[key]["index"].get<std::size_t>()].contains("source"))
+        holder.erase(key);
+}
+
 // Alpha codes of the texture that `holder` has under `key`, of the parameter's size, or none if there is none with alpha.
 std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& holder, const char* key, const Parameter& p) {
     if (!holder.contains(key)) return {}; // a constant that became a texture
@@ -99,9 +106,16 @@ std::vector<std::uint8_t> MaterialExporter::originalAlpha(const Json& holder, co
     return codes;
 }
 
-// Puts red and green of the texture that `info` names into those of RGB pixels.
-void MaterialExporter::keepDirections(const Json& info, Bytes& pixels) {
-    const RawImage raw = decodeImage(source_.imageBytes(imageOf(info)), source_.name());
+// Puts red and green of the texture that `holder` has under `key` into those of RGB pixels; without one, the tangent.
+void MaterialExporter::keepDirections(const Json& holder, const char* key, Bytes& pixels) {
+    if (!holder.contains(key)) {
+        for (std::size_t i = 0; i < pixels.size(); i += 3) {
+            pixels[i] = 255;
+            pixels[i + 1] = 128;
+        }
+        return;
+    }
+    const RawImage raw = decodeImage(source_.imageBytes(imageOf(holder[key])), source_.name());
     for (std::size_t i = 0; i < std::min(raw.pixels(), pixels.size() / 3); ++i)
         for (std::uint32_t c = 0; c < 2; ++c) {
             const std::size_t from = i * raw.channels + raw.channel(c);
@@ -112,6 +126,7 @@ void MaterialExporter::keepDirections(const Json& info, Bytes& pixels) {
 void MaterialExporter::baseColor() {
     const Parameter p = values(SlotKind::BaseColor);
     Json& pbr = json_["pbrMetallicRoughness"];
+    dropUnread(pbr, "baseColorTexture");
     const double alphaFactor = pbr.contains("baseColorFactor") ? pbr["baseColorFactor"][3].get<double>() : 1.0;
     if (!p.textured) {
         pbr["baseColorFactor"] = {p.values[0], p.values[1], p.values[2], alphaFactor};
@@ -133,6 +148,7 @@ void MaterialExporter::metallicRoughness() {
     if (!readsSlot(material_, SlotKind::Metallic)) // glass, which a metallic share would make a metal
         metal.values.assign(metal.values.size(), 0.0f);
     Json& pbr = json_["pbrMetallicRoughness"];
+    dropUnread(pbr, "metallicRoughnessTexture");
     if (!rough.textured && !metal.textured) {
         pbr["roughnessFactor"] = rough.values[0];
         pbr["metallicFactor"] = metal.values[0];
@@ -161,6 +177,7 @@ void MaterialExporter::metallicRoughness() {
 void MaterialExporter::specular() {
     const Parameter p = values(SlotKind::Specular);
     Json& json = extension("KHR_materials_specular");
+    dropUnread(json, p.channels == 3 ? "specularColorTexture" : "specularTexture");
     if (p.channels == 3) { // what a dielectric reflects
         json["specularFactor"] = 1;
         json["specularColorFactor"] = p.textured ? Json({1, 1, 1}) : Json({p.values[0], p.values[1], p.values[2]});
@@ -180,6 +197,7 @@ void MaterialExporter::specular() {
 // emissiveFactor and the texture stay within [0,1]; what is brighter goes into the strength.
 void MaterialExporter::emission() {
     const Parameter p = values(SlotKind::Emission);
+    dropUnread(json_, "emissiveTexture");
     const float brightest = *std::max_element(p.values.begin(), p.values.end());
     const float strength = std::max(brightest, 1.0f);
     if (strength > 1)
@@ -199,6 +217,7 @@ void MaterialExporter::emission() {
 
 void MaterialExporter::normal() {
     const Parameter p = values(SlotKind::Normal);
+    dropUnread(json_, "normalTexture");
     if (!p.textured && p.values == std::vector<float>{0, 0, 1}) return;
     Bytes pixels;
     for (std::size_t i = 0; i < p.values.size(); i += 3) {
@@ -218,6 +237,7 @@ void MaterialExporter::lobe(const GltfLobeSlot& slot) { writeLobe(slot, values(s
 
 void MaterialExporter::writeLobe(const GltfLobeSlot& slot, const Parameter& p) {
     Json& json = extension(slot.extension);
+    dropUnread(json, slot.texture);
     if (slot.colour)
         return lobeColour(slot, json, p);
     json[slot.factor] = p.textured ? 1.0f : p.values[0];
@@ -226,7 +246,7 @@ void MaterialExporter::writeLobe(const GltfLobeSlot& slot, const Parameter& p) {
     Bytes pixels;
     const int channels = slot.channel == 3 ? 4 : 3;
     for (const float v : p.values) pixels.insert(pixels.end(), std::size_t(channels), code(v));
-    if (slot.kind == SlotKind::Anisotropy) keepDirections(json[slot.texture], pixels);
+    if (slot.kind == SlotKind::Anisotropy) keepDirections(json, slot.texture, pixels);
     setTexture(json, slot.texture, p.name, p, pixels, channels);
 }
 
@@ -255,6 +275,7 @@ bool MaterialExporter::metallicIsAlike(const Parameter& weight) const {
 void MaterialExporter::transmission() {
     const GltfLobeSlot slot{SlotKind::Weight, "KHR_materials_transmission", "transmissionFactor", "transmissionTexture", 0, 0};
     Json& json = extension(slot.extension);
+    dropUnread(json, slot.texture);
     Parameter weight = values(SlotKind::Weight);
     if (!weight.textured && metallic_.textured) { // as the reader will have it
         const float constant = weight.values[0];
