@@ -251,6 +251,21 @@ TEST(GltfExport, TransmissionThatMetalLeavesNoRoomForIsCut) {
     EXPECT_EQ(json["materials"][1]["extensions"]["KHR_materials_transmission"]["transmissionFactor"], Json(0.0));
 }
 
+TEST(GltfExport, MetalsThatWereOpaqueStayOpaque) {
+    Fixture f;
+    f.w.json["materials"][1] = {{"name", "plain"},
+                                {"pbrMetallicRoughness", {{"metallicFactor", 1}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.8}}}}}};
+    Scene s = loadScene(f.w.write(f.folder));
+    ASSERT_EQ(s.materials[1].blendWith, kNoMaterial);
+    s.parameters[s.parameter("plain.metallic")].values = {0.5f};
+    const TempFolder out;
+    exportScene(s, {s.parameter("plain.metallic")}, out.path());
+    const Scene back = loadScene(out / "scene.gltf");
+    expectSame(s, back);
+    EXPECT_EQ(back.materials[1].blendWith, kNoMaterial);
+}
+
 // Roughness brings a texture in which metal, a constant, has a place: the weight has one, too.
 TEST(GltfExport, TransmissionBesideAResizedRoughnessLoadsBack) {
     Fixture f;

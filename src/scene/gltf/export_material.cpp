@@ -31,6 +31,7 @@ class MaterialExporter {
     void transmission();
     // Whether the written metallic values stand where those of the scene do.
     bool keepsMetallicTexels(const Parameter& before) const;
+    void dropTransmission();
 
   private:
     Parameter values(SlotKind kind) const {
@@ -265,6 +266,11 @@ bool MaterialExporter::keepsMetallicTexels(const Parameter& before) const {
     return metallic_.textured == before.textured && metallic_.width == before.width && metallic_.height == before.height;
 }
 
+// Of a metal, which is opaque whatever the file has here: less of a metal would let light through by it.
+void MaterialExporter::dropTransmission() {
+    if (json_.contains("extensions")) json_["extensions"].erase("KHR_materials_transmission");
+}
+
 // Whether texels of both belong together, so that the reader multiplies the weight by what is no metal.
 bool MaterialExporter::metallicIsAlike(const Parameter& weight) const {
     return !metallic_.textured || (metallic_.width == weight.width && metallic_.height == weight.height && metallic_.uvTransform == weight.uvTransform &&
@@ -313,6 +319,8 @@ void exportMaterial(Json& root, const GltfDocument& source, const Scene& scene, 
     const bool blend = material.parameters[std::size_t(SlotKind::Weight)] != kNoParameter;
     if (changed.contains(SlotKind::Weight) || (blend && (changed.contains(SlotKind::Metallic) || !exporter.keepsMetallicTexels(scene.parameters[metallic]))))
         exporter.transmission();
+    else if (!blend && material.model == SurfaceModel::MetallicRoughness && changed.contains(SlotKind::Metallic))
+        exporter.dropTransmission();
     for (const GltfLobeSlot& slot : kGltfLobeSlots)
         if (changed.contains(slot.kind)) exporter.lobe(slot);
 }
