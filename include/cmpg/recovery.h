@@ -124,7 +124,7 @@ class Recovery {
     // Of a renderer with RendererOptions::recoveries, for programs that look on. Its parameters are recovered, from the current values of its scene on. Each step
     // takes over what others have set there, and puts its own values there. Steps draw as the renderer's options say and learn its guide; the renderer's
     // passes between them draw from that. RecoveryOptions::paths and parameters are not read. `from`: goes on after these steps; parameters that were not
-    // among them, have another size now or stepped by another method begin here. A renderer has one recovery at a time: another ends it, and so do
+    // among them, have another size now or stepped by another method begin here, and all do where the loss or the targets are others. A renderer has one recovery at a time: another ends it, and so do
     // Renderer::setSampling, Renderer::forget, and new values of parameters that the renderer was not made for, or another size of one that it was.
     // Error(Usage) on a renderer that was not made for recoveries.
     Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from = {});
@@ -159,6 +159,7 @@ class Recovery {
     void image(Film& film, std::size_t target = 0, std::uint32_t spp = 64, PassReport* report = nullptr);
 
     // For the steps to come: samples per pixel of images and derivative passes, and a factor on all rates, from 0 to 1e6, beside the schedule.
+    // Checkpoints have neither: who resumes a recovery sets them again.
     void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
     void setRateFactor(double factor);
 

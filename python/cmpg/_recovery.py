@@ -95,7 +95,8 @@ class Recovery(Iterator[RecoveryStep]):
         renderer does not differentiate, or another size of one that it does.
 
         Args:
-            progress: goes on after the steps of another recovery: its progress(). Parameters that were not among its own begin here.
+            progress: goes on after the steps of another recovery: its progress(). Parameters that were not among its own begin here,
+                and so do all where the loss or the targets are others.
             The others as in Recovery.
 
         Raises:
@@ -130,7 +131,8 @@ class Recovery(Iterator[RecoveryStep]):
         self._handle.on_image(None if call is None else weakly(self, "_on_image"))
 
     def set_samples(self, spp: int, spp_gradient: int) -> None:
-        """Samples per pixel of the images and of the derivative passes of the steps to come.
+        """Samples per pixel of the images and of the derivative passes of the steps to come. Checkpoints do not have them: set them again after
+        resume().
 
         Raises:
             UsageError: one of them is out of range.
@@ -138,7 +140,7 @@ class Recovery(Iterator[RecoveryStep]):
         made(self._handle.set_samples, spp=spp, spp_gradient=spp_gradient)
 
     def set_rate_factor(self, factor: float) -> None:
-        """A factor on all rates of the steps to come, from 0 to 1e6, beside the schedule.
+        """A factor on all rates of the steps to come, from 0 to 1e6, beside the schedule. Checkpoints do not have it: set it again after resume().
 
         Raises:
             UsageError: it is out of range.

@@ -45,6 +45,7 @@ RecoveryProgress Recovery::progress() const {
     const OptimizeState& now = state_->optimization().state();
     auto progress = std::make_shared<RecoveryProgress::State>();
     progress->steps = now.step;
+    progress->objective = state_->objective();
     for (std::size_t i = 0; i < now.moments.size(); ++i) {
         const cmpg::Parameter& parameter = state_->scene().parameters[state_->parameters()[i]];
         progress->known.push_back({parameter.name, state_->sizes[i], methodOf(state_->optimization().config(), parameter.kind), now.moments[i]});
@@ -69,6 +70,8 @@ RecoveryStep Recovery::step() {
         });
     } catch (...) {
         s.base->abandon();
+        if (s.batched)
+            s.batched->abandonStep();
         throw;
     }
     s.base->giveBack();
@@ -94,9 +97,11 @@ void Recovery::prepare() {
 
 std::vector<RecoveryStep> Recovery::history() const {
     const std::lock_guard lock(state_->mutex());
+    const OptimizeState& now = state_->run->optimization().state();
+    const auto first = std::uint32_t(now.step - now.history.size());
     std::vector<RecoveryStep> steps;
-    for (const StepRecord& record : state_->run->optimization().state().history)
-        steps.push_back(stepOf(record, std::uint32_t(steps.size())));
+    for (const StepRecord& record : now.history)
+        steps.push_back(stepOf(record, first + std::uint32_t(steps.size())));
     return steps;
 }
 

@@ -127,14 +127,25 @@ RecoveryRun::Steps Recovery::State::planOf(const std::vector<Target>& targets, c
     return plan;
 }
 
-// Parameters that stay keep their moments; those that are new, have another size or step by another method begin here.
+Checkpoint::Identity Recovery::State::objective() const {
+    Checkpoint::Identity entries;
+    std::copy_if(identity.begin(), identity.end(), std::back_inserter(entries), [](const auto& entry) {
+        const std::string& name = entry.first;
+        return name == "loss" || name.starts_with("the camera") || name.starts_with("filter") || name.starts_with("the target");
+    });
+    return entries;
+}
+
+// Parameters that stay keep their moments; those that are new, have another size or step by another method begin here. So do all where the loss or the
+// targets are others, which gradients and curvature are of.
 void Recovery::State::goOn(RecoveryRun::Steps& plan, const RecoveryProgress::State& before) const {
     plan.start.step = before.steps;
+    const bool same = before.objective == objective();
     for (const std::uint32_t p : parameters()) {
         const cmpg::Parameter& parameter = scene().parameters[p];
         const OptimizerKind method = methodOf(plan.config, parameter.kind);
         const auto found = std::find_if(before.known.begin(), before.known.end(), [&](const RecoveryProgress::State::Known& known) {
-            return known.parameter == parameter.name && known.method == method && known.size == std::pair(parameter.width, parameter.height);
+            return same && known.parameter == parameter.name && known.method == method && known.size == std::pair(parameter.width, parameter.height);
         });
         if (found != before.known.end()) {
             plan.start.moments.push_back(found->moments);

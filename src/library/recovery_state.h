@@ -18,6 +18,7 @@ namespace cmpg::v1 {
 
 struct RecoveryProgress::State {
     std::uint32_t steps = 0;
+    Checkpoint::Identity objective; // what the curvature is of
     struct Known {
         std::string parameter;
         std::pair<std::uint32_t, std::uint32_t> size; // width and height
@@ -34,6 +35,7 @@ struct Recovery::State {
     bool learns;
     std::uint32_t freeze; // step from which on the guide stays as it is
     Checkpoint::Identity identity;
+    Checkpoint::Identity objective() const; // its entries on loss, cameras and targets
     GradientWatch watch;
     std::function<void(std::size_t, const Image&)> showImage;
     std::list<cmpg::Camera> moved; // cameras of targets
@@ -43,7 +45,7 @@ struct Recovery::State {
     bool prepared = false;
     std::vector<std::vector<float>> initial; // values of the parameters
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes; // and their widths and heights
-    const BatchedModel* batched = nullptr; // where gradients have an error target
+    BatchedModel* batched = nullptr; // where gradients have an error target
     std::deque<double> paces; // of the last steps: seconds for the work of one view
 
     // A recovery with a renderer of its own.

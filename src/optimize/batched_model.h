@@ -36,15 +36,15 @@ class BatchedModel final : public ImageModel {
                                 std::vector<std::vector<double>>& half) override {
         std::uint64_t paths = 0;
         double samples = 0; // of a batch
-        std::vector<std::vector<double>> difference = half;
-        for (auto& entries : difference)
-            std::fill(entries.begin(), entries.end(), 0.0);
+        std::vector<std::vector<double>> difference; // half of how those of even and of odd batches differ
+        for (const auto& gradient : gradients)
+            difference.emplace_back(gradient.size());
         const BudgetedEstimate estimate = spendBudget(budget_, [&](const BatchPart& part) {
             std::vector<std::vector<double>> found;
             found.reserve(gradients.size());
             for (const auto& gradient : gradients)
                 found.emplace_back(gradient.size());
-            paths += inner_.reverse(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);
+            paths += inner_.reversePart(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);
             samples += double(part.samples) / budget_.batches;
             const double sign = part.batch % 2 == 0 ? 1 : -1;
             for (std::size_t p = 0; p < difference.size(); ++p)
@@ -52,13 +52,17 @@ class BatchedModel final : public ImageModel {
                     difference[p][i] += sign * part.samples * found[p][i];
             return joined(found);
         });
+        for (auto& entries : difference)
+            for (double& entry : entries)
+                entry /= samples * budget_.batches;
         for (std::size_t p = 0; p < half.size(); ++p)
             for (std::size_t i = 0; i < half[p].size(); ++i)
-                half[p][i] += difference[p][i] / (samples * budget_.batches);
+                half[p][i] += difference[p][i];
         auto next = estimate.mean.begin();
         for (auto& gradient : gradients)
             for (double& entry : gradient)
                 entry += *next++;
+        inner_.tellNoise(difference, gradients);
         ++step_.gradients;
         if (estimate.end != BudgetedEstimate::End::Error) {
             ++step_.missed;
@@ -94,6 +98,7 @@ class BatchedModel final : public ImageModel {
         whole_ = kept;
     }
 
+    void abandonStep() { step_ = {}; } // it ended early
     using Tally = v1::GradientErrors;
     const Tally& tally() const { return whole_; } // of whole steps, those before a restart included
 

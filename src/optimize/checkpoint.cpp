@@ -171,8 +171,8 @@ OptimizeState getState(ByteReader& in) {
             *value = in.real();
         r.dropped = in.get<std::uint64_t>();
     }
-    if (state.history.size() != state.step)
-        throw Malformed{"its steps and their records differ in number"};
+    if (state.history.size() > state.step) // fewer: it went on from another run
+        throw Malformed{"it has more records of steps than steps"};
     return state;
 }
 

@@ -28,7 +28,14 @@ class ImageModel {
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                   std::vector<std::vector<double>>& gradients) = 0;
-    // The same, but no later pass depends on it. Fills in `firstVertices`, if it is not null, where it knows them.
+    // As reverse(), of a gradient that is the mean of several such passes; once it is added to that of the views before, tellNoise() says how noisy the whole
+    // of it is: `half` is half of how two halves of the passes differ, `sum` the gradient of all views so far.
+    virtual std::uint64_t reversePart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                      std::vector<std::vector<double>>& gradients) {
+        return reverse(view, spp, key, adjoint, gradients);
+    }
+    virtual void tellNoise(const std::vector<std::vector<double>>& /*half*/, const std::vector<std::vector<double>>& /*sum*/) {}
+    // As reverse(), but no later pass depends on it. Fills in `firstVertices`, if it is not null, where it knows them.
     virtual std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                        std::vector<std::vector<double>>& gradients, FirstVertices* /*firstVertices*/) {
         return reverse(view, spp, key, adjoint, gradients);

@@ -103,11 +103,22 @@ void Optimization::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {
 }
 
 StepReport Optimization::step() {
+    const std::uint32_t step = state_.step;
+    std::vector<std::vector<double>> before = std::exchange(gradients_, {});
+    try {
+        return wholeStep();
+    } catch (...) {
+        if (state_.step == step)
+            gradients_ = std::move(before);
+        throw;
+    }
+}
+
+StepReport Optimization::wholeStep() {
     StepReport report;
     report.step = state_.step;
-    gradients_.resize(parameters_.size());
-    for (std::size_t i = 0; i < parameters_.size(); ++i)
-        gradients_[i].assign(scene_.parameters[parameters_[i]].entries(), 0.0);
+    for (const std::uint32_t p : parameters_)
+        gradients_.emplace_back(scene_.parameters[p].entries(), 0.0);
     noise_ = newton() ? gradients_ : std::vector<std::vector<double>>();
     images_.clear();
     losses_ = state_.losses;
@@ -214,9 +225,9 @@ std::vector<std::uint32_t> Optimization::countsOf(std::size_t view, std::uint32_
 }
 
 void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {
-    // Views draw numbers of their own: the same numbers in all would add their errors up.
+    // Views draw numbers of their own, in all steps: the same numbers would add their errors up.
     const auto views = std::uint32_t(count);
-    const auto step = std::uint32_t(state_.step * views + place);
+    const auto step = std::uint32_t(viewOrder().seenBefore(state_.step) + place);
     const LoadedTarget loaded(config_.targets[view]);
     const Target& target = *loaded;
 
@@ -389,7 +400,8 @@ std::uint64_t Optimization::move(std::size_t i, double factor) {
         return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter,
                                    emitsLight(parameter.kind) ? unit : 0);
     }
-    return updateParameter(config_.optimizer, state_.step - moments.start, factor, gradients_[i], moments, parameter);
+    const std::uint32_t start = std::max(moments.start, config_.warmUp); // before which moments stand still
+    return updateParameter(config_.optimizer, state_.step - start, factor, gradients_[i], moments, parameter);
 }
 
 void Optimization::publish(StepReport& report) {
@@ -404,11 +416,12 @@ void Optimization::publish(StepReport& report) {
 
 void Optimization::requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values,
                                const std::vector<std::vector<double>>& gradients) const {
-    bool fits = values.size() == parameters_.size() && gradients.size() == parameters_.size() && state.moments.size() == parameters_.size();
+    const bool begun = !state.history.empty();
+    bool fits = values.size() == parameters_.size() && gradients.size() == (begun ? parameters_.size() : 0) && state.moments.size() == parameters_.size();
     for (std::size_t i = 0; fits && i < parameters_.size(); ++i) {
         const std::size_t entries = scene_.parameters[parameters_[i]].entries();
         const Moments& moments = state.moments[i];
-        fits = values[i].size() == entries && gradients[i].size() == entries && moments.first.size() == entries &&
+        fits = values[i].size() == entries && (!begun || gradients[i].size() == entries) && moments.first.size() == entries &&
                moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) &&
                (!moments.seen || moments.seen->fits(scene_.parameters[parameters_[i]])) && !moments.noise.empty() &&
                (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);

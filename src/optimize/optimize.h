@@ -140,6 +140,7 @@ class Optimization {
     const std::vector<std::vector<double>>& gradients() const { return gradients_; }
 
   private:
+    StepReport wholeStep(); // begins with no gradients
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
     // Places in parameters_.

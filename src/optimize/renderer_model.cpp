@@ -13,8 +13,8 @@ void RendererModel::restore(ByteReader& in, std::uint32_t steps) {
         throw Malformed{"it has a guide where there is none, or none where there is one"};
     passes_.restore(std::move(learned.state), std::move(learned.tree));
     step_ = steps;
-    if (step_ >= freeze_)
-        passes_.setLearning(false);
+    if (freeze_ != ~0u)
+        passes_.setLearning(learns_ && step_ < freeze_);
 }
 
 } // namespace cmpg

@@ -9,9 +9,9 @@ namespace cmpg {
 // The renderer's images, drawn as `passes` decide. Its RenderConfig::differentiable must be the optimised parameters, in the same order.
 class RendererModel final : public ImageModel {
   public:
-    // From step `freeze` on the guide stays as it is.
+    // From step `freeze` on the guide stays as it is; without one, whether it learns is for others to say.
     RendererModel(Renderer& renderer, GuidedPasses& passes, std::vector<View> cameras, std::uint32_t freeze = ~0u)
-        : renderer_(renderer), passes_(passes), views_(std::move(cameras)), freeze_(freeze) {}
+        : renderer_(renderer), passes_(passes), views_(std::move(cameras)), freeze_(freeze), learns_(passes.learning()) {}
 
     std::size_t views() const override { return views_.size(); }
     std::pair<int, int> size(std::size_t view) const override { return {views_.at(view).width, views_.at(view).height}; }
@@ -31,6 +31,11 @@ class RendererModel final : public ImageModel {
                                 std::vector<std::vector<double>>& half) override {
         return passes_.reverseHalves(views_.at(view), spp, key, adjoint, gradients, half);
     }
+    std::uint64_t reversePart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                              std::vector<std::vector<double>>& gradients) override {
+        return passes_.reversePart(views_.at(view), spp, key, adjoint, gradients);
+    }
+    void tellNoise(const std::vector<std::vector<double>>& half, const std::vector<std::vector<double>>& sum) override { passes_.tellNoise(half, sum); }
     std::uint64_t reverseApart(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices) override {
         return passes_.reverseApart(views_.at(view), spp, key, adjoint, gradients, firstVertices);
@@ -51,6 +56,7 @@ class RendererModel final : public ImageModel {
     GuidedPasses& passes_;
     std::vector<View> views_;
     std::uint32_t freeze_, step_ = 0;
+    bool learns_; // until then
 };
 
 } // namespace cmpg

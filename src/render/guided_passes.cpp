@@ -107,9 +107,9 @@ struct GuidedPasses::Impl {
         return renderer.reverse(view, spp, key, adjoint, samples.counts, samples.weights, gradients, plan, firstVertices);
     }
 
-    // Learned from, if steps learn. `half`: as in reverseHalves(); null: whole, unless the halves are to tell something.
-    std::uint64_t learnedReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>* half);
+    // Learned from, if steps learn. `half`: as in reverseHalves(); null: whole, unless the halves are to tell something. `whole`: not a part alone.
+    std::uint64_t learnedReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::vector<std::vector<double>>& gradients,
+                                 std::vector<std::vector<double>>* half, bool whole = true);
 
     // Variance and rays with and without roulette, as the measured pass will run: pixel sampling included. In the units of the learning
     // passes, which ran without either.
@@ -291,8 +291,18 @@ std::uint64_t GuidedPasses::reverseHalves(const View& view, std::uint32_t spp, c
     return impl_->learnedReverse(view, spp, key, adjoint, gradients, &half);
 }
 
+std::uint64_t GuidedPasses::reversePart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                                        std::vector<std::vector<double>>& gradients) {
+    return impl_->learnedReverse(view, spp, key, adjoint, gradients, nullptr, false);
+}
+
+void GuidedPasses::tellNoise(const std::vector<std::vector<double>>& half, const std::vector<std::vector<double>>& sum) {
+    if (impl_->policy.tellsNoise())
+        impl_->policy.noise.add(half, sum);
+}
+
 std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
-                                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>* half) {
+                                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>* half, bool whole) {
     const SamplingMethod method = policy.derivativeMethod();
     const AdjointNorms norm = norms(adjoint);
     const auto estimate = [&](std::uint32_t samples, const PassKey& own, std::vector<std::vector<double>>& out) {
@@ -313,8 +323,13 @@ std::uint64_t GuidedPasses::Impl::learnedReverse(const View& view, std::uint32_t
         addHalf(first, second, 1, gradients);
         if (half)
             addHalf(first, second, -1, *half);
-        if (policy.tellsNoise())
-            policy.noise.add(first, second, gradients);
+        if (whole && policy.tellsNoise()) {
+            std::vector<std::vector<double>> error;
+            for (const auto& entries : first)
+                error.emplace_back(entries.size());
+            addHalf(first, second, -1, error);
+            policy.noise.add(error, gradients);
+        }
     } else {
         sum = estimate(spp, key, gradients);
     }
@@ -340,6 +355,8 @@ std::uint64_t GuidedPasses::reverseApart(const View& view, std::uint32_t spp, co
 }
 
 void GuidedPasses::setLearning(bool on) { impl_->policy.learning = on; }
+
+bool GuidedPasses::learning() const { return impl_->policy.learning; }
 
 void GuidedPasses::abandonStep() {
     impl_->policy.abandonStep();

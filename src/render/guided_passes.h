@@ -63,6 +63,12 @@ class GuidedPasses {
     std::uint64_t reverseHalves(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                 std::vector<std::vector<double>>& gradients, std::vector<std::vector<double>>& half);
 
+    // Of a gradient that is the mean of several such passes: reverse() without a word on how noisy it is, which tellNoise() says of the whole. `half`: half of
+    // how two halves of it differ; `sum`: the gradient of all views so far, this one included.
+    std::uint64_t reversePart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
+                              std::vector<std::vector<double>>& gradients);
+    void tellNoise(const std::vector<std::vector<double>>& half, const std::vector<std::vector<double>>& sum);
+
     // As reverse(), but nothing is learned from it, so no later pass depends on it. Of no sign alone. `firstVertices`: as in Renderer::reverse().
     std::uint64_t reverseApart(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                                std::vector<std::vector<double>>& gradients, FirstVertices* firstVertices = nullptr);
@@ -74,6 +80,7 @@ class GuidedPasses {
     // The next pass brings what was learned to the device, unless publish() did: apart, so that a device that is lost then leaves a
     // whole step behind.
     void setLearning(bool on);
+    bool learning() const;
     void endStep();
     void publish();
     // PassResult's, of the last derivative pass in reverse mode; 0 where it was not measured.

@@ -267,6 +267,81 @@ TEST(LibraryRecovery, GoesOnFromACheckpointToTheSameBits) {
     EXPECT_NE(std::string(of.what()).find("the target differs"), std::string::npos) << of.what();
 }
 
+// Before its first step, too, as a loop does that keeps what it has before each.
+TEST(LibraryRecovery, KeepsWhatWentOnFromAnother) {
+    const Folder folder;
+    Scene scene = greyScene();
+    const std::vector<Target> targets{smallTarget()};
+    RendererOptions options;
+    options.paths = paintingOptions().paths;
+    options.parameters = {kPainting};
+    options.recoveries = true;
+    Renderer renderer(device(), scene, options);
+    Recovery first(renderer, targets, paintingOptions());
+    first.step();
+    first.step();
+    const std::vector<float> values = first.values(kPainting);
+    const RecoveryProgress progress = first.progress();
+    Recovery next(renderer, targets, paintingOptions(), progress);
+    next.save(folder / "begun");
+    next.step();
+    next.save(folder / "kept");
+    ASSERT_EQ(next.history().size(), 1u);
+    EXPECT_EQ(next.history()[0].step, 2u);
+
+    scene.set(kPainting, values); // the renderer has those of the other recovery
+    Recovery again(renderer, targets, paintingOptions(), progress);
+    ASSERT_TRUE(again.resume(folder / "kept"));
+    EXPECT_EQ(again.steps(), 3u);
+    EXPECT_EQ(again.values(kPainting), next.values(kPainting));
+    EXPECT_EQ(again.history().at(0).step, 2u);
+    ASSERT_TRUE(again.resume(folder / "begun"));
+    EXPECT_EQ(again.steps(), 2u);
+    again.step();
+    EXPECT_EQ(again.values(kPainting), next.values(kPainting));
+}
+
+// Moments are of the loss and the targets that they came from: with others, what went before says how many steps there were and no more.
+TEST(LibraryRecovery, BeginsAnewForAnotherObjective) {
+    Scene scene = greyScene();
+    RendererOptions options;
+    options.paths = paintingOptions().paths;
+    options.parameters = {kPainting};
+    options.recoveries = true;
+    Renderer renderer(device(), scene, options);
+    const auto after = [&](float start, Loss loss) { // a step that goes on where two others were
+        scene.set(kPainting, std::vector{start});
+        Recovery before(renderer, {smallTarget()}, paintingOptions());
+        before.step();
+        before.step();
+        scene.set(kPainting, std::vector{0.5f});
+        RecoveryOptions then = paintingOptions();
+        then.loss = loss;
+        Recovery recovery(renderer, {smallTarget()}, then, before.progress());
+        recovery.step();
+        return recovery.values(kPainting);
+    };
+    EXPECT_NE(after(0.2f, Loss::Mse), after(0.8f, Loss::Mse)) << "these tell of the same";
+    EXPECT_EQ(after(0.2f, Loss::RelativeMse), after(0.8f, Loss::RelativeMse));
+}
+
+TEST(LibraryRecovery, LearnsAgainWhereItResumesBeforeTheFreeze) {
+    const Folder folder;
+    RecoveryOptions options = paintingOptions();
+    options.paths.sampling = Sampling::Conditional;
+    options.freeze = 2;
+    Recovery recovery(device(), greyScene(), {smallTarget()}, options);
+    recovery.step();
+    recovery.save(folder / "kept");
+    for (int i = 0; i < 2; ++i)
+        recovery.step();
+    const std::vector<float> values = recovery.values(kPainting);
+    ASSERT_TRUE(recovery.resume(folder / "kept"));
+    for (int i = 0; i < 2; ++i)
+        recovery.step();
+    EXPECT_EQ(recovery.values(kPainting), values);
+}
+
 TEST(LibraryRecovery, ShowsWhatItBeganWithAndWhatItDid) {
     const Scene scene = greyScene();
     Recovery recovery(device(), scene, {smallTarget()}, paintingOptions());
@@ -333,6 +408,10 @@ TEST(LibraryRecovery, AStepThatIsEndedCanBeDoneAgain) {
         whole.step();
     }
     EXPECT_EQ(ended.values(kPainting), whole.values(kPainting));
+    const std::vector<double> gradient = ended.gradient(kPainting);
+    ended.onSubmission([] { throw Ended{}; });
+    EXPECT_THROW(ended.step(), Ended);
+    EXPECT_EQ(ended.gradient(kPainting), gradient) << "of the last whole step";
 }
 
 TEST(LibraryRecovery, RefusesWhatMakesNoSense) {

@@ -126,6 +126,41 @@ TEST(ViewOrder, GrowsFromOneView) {
     EXPECT_EQ(ViewOrder(3, 5, 5).stepsBeforeAll(), 0u);
 }
 
+// Steps that see 14 and 15 views by turns: no derivative pass has the numbers of another.
+TEST(Optimize, ViewsNeverShareNumbers) {
+    const ViewOrder order(1, 100, 0);
+    std::set<std::uint64_t> used;
+    for (std::uint32_t step = 0; step < 1000; ++step)
+        for (std::uint64_t place = 0; place < order.viewsOf(step).size(); ++place)
+            EXPECT_TRUE(used.insert(order.seenBefore(step) + place).second) << step;
+}
+
+// Adam's first step has the length of the rate however long the model learned before, and so has the next one along the same gradient.
+TEST(Optimize, StepsAfterAWarmUpHaveTheirRate) {
+    for (const std::uint32_t warmUp : {0u, 20u}) {
+        OptimizeConfig config = makeConfig(1);
+        config.optimizer.kind = OptimizerKind::Adam;
+        config.warmUp = warmUp;
+        config.steps = warmUp + 2;
+        Scene scene = test::makeScene();
+        for (float& value : scene.parameters[0].values)
+            value = 0.5f;
+        LinearModel model(scene, 1, 8, 8, 0);
+        Optimization run(model, scene, config, {0, 1});
+        std::vector<float> before = scene.parameters[0].values;
+        while (run.state().step < config.steps) {
+            const StepReport report = run.step();
+            float largest = 0;
+            for (std::size_t i = 0; i < before.size(); ++i)
+                largest = std::max(largest, std::abs(scene.parameters[0].values[i] - before[i]));
+            if (report.step >= warmUp) {
+                EXPECT_NEAR(largest, report.rate, 0.05 * report.rate) << warmUp << " step " << report.step;
+            }
+            before = scene.parameters[0].values;
+        }
+    }
+}
+
 TEST(Optimize, SomeViewsAStepHaveTheGradientOfAllOnAverage) {
     const std::size_t views = 6;
     const auto meanGradient = [&](std::uint32_t perStep, std::set<std::pair<std::uint32_t, std::uint32_t>>& keys) {

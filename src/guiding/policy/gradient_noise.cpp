@@ -11,15 +11,15 @@ constexpr double kMostNoise = 100; // what is told of a gradient that is noise a
 
 } // namespace
 
-void GradientNoise::add(const Gradients& a, const Gradients& b, const Gradients& sum) {
+void GradientNoise::add(const Gradients& half, const Gradients& sum) {
     noise_.resize(sum.size());
     signal_.resize(sum.size());
     for (std::size_t p = 0; p < sum.size(); ++p) {
         double noise = 0, signal = 0;
         for (std::size_t k = 0; k < sum[p].size(); ++k) {
-            const double difference = a[p][k] - b[p][k], mean = sum[p][k];
-            if (std::isfinite(difference) && std::isfinite(mean)) {
-                noise += difference * difference / 4;
+            const double error = half[p][k], mean = sum[p][k];
+            if (std::isfinite(error) && std::isfinite(mean)) {
+                noise += error * error;
                 signal += mean * mean;
             }
         }

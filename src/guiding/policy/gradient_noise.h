@@ -11,8 +11,8 @@ class GradientNoise {
   public:
     using Gradients = std::vector<std::vector<double>>; // by parameter
 
-    // Two halves with random numbers of their own, whose mean was added to `sum`: the gradient of all views so far.
-    void add(const Gradients& a, const Gradients& b, const Gradients& sum);
+    // `half`: half of how two halves with random numbers of their own differ, whose mean was added to `sum`: the gradient of all views so far.
+    void add(const Gradients& half, const Gradients& sum);
     // Squared standard error over squared length, of the parameter where that is most; none where nothing scattered.
     std::optional<double> ratio() const;
 
