@@ -52,7 +52,7 @@ Guide::Guide(Device& device, const Scene& scene, const RenderConfig& config)
       mostNodes_(buffers.mostNodes()), emission_(std::any_of(config.differentiable.begin(), config.differentiable.end(), [&](std::uint32_t p) {
           return emitsLight(scene.parameters[p].kind);
       })), share_(config.guideShare), rouletteEffort_(config.rouletteEffort) {
-    tree.limitNodes(mostNodes_);
+    tree.limitNodes(std::min(tree.config().maxNodes, mostNodes_));
     buffers.publish(tree);
 }
 
@@ -109,7 +109,7 @@ void Guide::replace(SdTree other) {
     if (other.nodes() > mostNodes_)
         throw Error(ErrorKind::Input, "the guide does not fit: it has " + std::to_string(other.nodes()) + " nodes",
                     "there is room for " + std::to_string(mostNodes_), "raise the memory budget of the guide", {"guide-memory"});
-    other.limitNodes(mostNodes_);
+    other.limitNodes(tree.config().maxNodes); // what this run has memory for, not what that one had
     tree = std::move(other);
     for (GuideCell& cell : tree.cells())
         cell.changed = true;

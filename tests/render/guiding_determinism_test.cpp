@@ -142,6 +142,9 @@ TEST(GuideMemory, TreesThatDoNotFit) {
     EXPECT_THROW(s.renderer->setGuide(large.renderer->guide()), Error);
     s.train(2, 16); // still usable
     EXPECT_LE(s.renderer->guide().nodes(), room);
+    // The other way round it grows into what there is.
+    large.renderer->setGuide(s.renderer->guide());
+    EXPECT_EQ(large.renderer->guide().config().maxNodes, GuideBuffers::nodesWithin(large.config.guideMemory));
 }
 
 } // namespace

@@ -56,7 +56,7 @@ std::uint64_t SdTree::nodes() const {
     return count;
 }
 
-void SdTree::limitNodes(std::uint64_t most) { config_.maxNodes = std::max(nodes(), std::min(config_.maxNodes, most)); }
+void SdTree::limitNodes(std::uint64_t most) { config_.maxNodes = std::max(nodes(), most); }
 
 // The kernels' arithmetic to the bit: after the scaling all steps are exact.
 std::uint32_t SdTree::cellAt(glm::vec3 position) const {
