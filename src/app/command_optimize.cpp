@@ -32,6 +32,14 @@ struct Views {
     std::vector<std::string> titles; // names of the cameras, where the command line names them
 };
 
+void requireInputsApart(const Options& options, const Scene& scene) {
+    std::vector<std::filesystem::path> pictures;
+    for (const std::vector<std::string>* texts : {&options.target, &options.mask})
+        for (const std::string& text : *texts)
+            pictures.push_back(cameraFileOf(scene, text).file);
+    requireApart(options.output, options.input, pictures);
+}
+
 Views loadViews(const Options& options, const Scene& scene) {
     Views result;
     std::size_t bytes = 0;
@@ -237,6 +245,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     effective.maxDepth = options.effectiveDepth(session.host().maxDepth);
     v1::RecoveryOptions how = recoveryOptions(options, *effective.maxDepth);
     how.parameters = session.parameters;
+    requireInputsApart(options, session.host());
     Views views = loadViews(options, session.host());
     requireWritableFolder(options.output);
     requireWritableGuide(options.saveGuide);

@@ -25,12 +25,34 @@ std::string row(const v1::RecoveryStep& s) {
     return text;
 }
 
+// Whether pictures of a run have this name.
+bool isViewFile(const std::string& name) {
+    for (const std::string what : {"target", "initial", "final", "difference"})
+        if (name.ends_with(".exr") && name.starts_with(what + "."))
+            return true;
+    return false;
+}
+
 // initial.exr, or initial.<view>.exr where there are several.
 std::string viewFile(const std::string& what, std::size_t view, std::size_t views) {
     return views == 1 ? what + ".exr" : what + "." + std::to_string(view) + ".exr";
 }
 
 } // namespace
+
+void requireApart(const fs::path& folder, const fs::path& scene, std::span<const fs::path> pictures) {
+    std::error_code error;
+    const fs::path own = fs::weakly_canonical(folder, error);
+    const auto require = [&](const fs::path& file, bool overwritten) {
+        const fs::path read = fs::weakly_canonical(file, error);
+        if (!error && overwritten && read.parent_path() == own)
+            throw Error(ErrorKind::Usage, "the results would be written over " + file.string() + ", which the run reads",
+                        "-o names the folder that it stands in", "give the results a folder of their own", {"output"});
+    };
+    require(scene, true);
+    for (const fs::path& picture : pictures)
+        require(picture, isViewFile(picture.filename().string()));
+}
 
 void RunFolder::attempt(const std::function<void()>& write) {
     if (path_.empty())

@@ -11,6 +11,9 @@
 
 namespace cmpg {
 
+// Error(Usage) where a run with this folder would write over what it reads: the scene, whose folder may not be this one, or a picture of a name that it gives.
+void requireApart(const std::filesystem::path& folder, const std::filesystem::path& scene, std::span<const std::filesystem::path> pictures);
+
 //   loss.csv                 one row per step, flushed
 //   initial.exr, final.exr, difference.exr   images of the views; difference = final - target, where that has weight
 //   target.exr               as compared: exposed, linear

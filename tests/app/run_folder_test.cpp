@@ -91,6 +91,30 @@ TEST_F(RunFolderFiles, WhatCannotBeWrittenIsToldAndTheRestIsWritten) {
     EXPECT_TRUE(fs::exists(folder_ / "final.exr"));
 }
 
+TEST_F(RunFolderFiles, WhatIsReadIsNotWrittenOver) {
+    const fs::path scenes = folder_ / "scenes", run = scenes / "run";
+    fs::create_directories(run);
+    for (const fs::path& file : {scenes / "room.gltf", scenes / "target.exr", run / "target.exr", run / "photo.exr", run / "final.2.exr"})
+        std::ofstream(file) << "x";
+    const auto refused = [&](const fs::path& output, const fs::path& scene, const std::vector<fs::path>& pictures) {
+        try {
+            requireApart(output, scene, pictures);
+            return false;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind, ErrorKind::Usage) << error.what();
+            return true;
+        }
+    };
+    const fs::path scene = scenes / "room.gltf";
+    EXPECT_TRUE(refused(scenes, scene, {}));
+    EXPECT_TRUE(refused(run / "..", scene, {})) << "by another name";
+    EXPECT_FALSE(refused(run, scene, {scenes / "target.exr"}));
+    EXPECT_FALSE(refused(run, scene, {run / "photo.exr"}));
+    EXPECT_TRUE(refused(run, scene, {run / "photo.exr", run / "target.exr"}));
+    EXPECT_TRUE(refused(run, scene, {run / "final.2.exr"}));
+    EXPECT_FALSE(refused(scenes / "new", scene, {scenes / "target.exr"}));
+}
+
 TEST_F(RunFolderFiles, RefusesAPlaceItCannotWriteTo) {
     fs::create_directories(folder_);
     std::ofstream(folder_ / "file") << "x";

@@ -9,14 +9,6 @@ namespace {
 
 struct Ended {};
 
-RendererOptions paintingRenderer(bool recoveries = true) {
-    RendererOptions options;
-    options.paths.maxDepth = 4;
-    options.parameters = {kPainting};
-    options.recoveries = recoveries;
-    return options;
-}
-
 std::vector<Direction> brighter(const Scene& scene) { return {{kPainting, std::vector<float>(scene.parameter(kPainting).entries(), 1.f)}}; }
 
 TEST(LibraryFilm, PassesLeaveTheBitsOfOne) {

@@ -51,6 +51,14 @@ inline RecoveryOptions paintingOptions() {
     return options;
 }
 
+inline RendererOptions paintingRenderer(bool recoveries = true) {
+    RendererOptions options;
+    options.paths.maxDepth = 4;
+    options.parameters = {kPainting};
+    options.recoveries = recoveries;
+    return options;
+}
+
 // A picture of the true scene, small.
 inline Target smallTarget(std::uint64_t seed = 1) { return {"", Renderer(device(), Scene::load(kBox)).render({.width = 32, .spp = 32, .seed = seed})}; }
 

@@ -272,11 +272,7 @@ TEST(LibraryRecovery, KeepsWhatWentOnFromAnother) {
     const Folder folder;
     Scene scene = greyScene();
     const std::vector<Target> targets{smallTarget()};
-    RendererOptions options;
-    options.paths = paintingOptions().paths;
-    options.parameters = {kPainting};
-    options.recoveries = true;
-    Renderer renderer(device(), scene, options);
+    Renderer renderer(device(), scene, paintingRenderer());
     Recovery first(renderer, targets, paintingOptions());
     first.step();
     first.step();
@@ -304,11 +300,7 @@ TEST(LibraryRecovery, KeepsWhatWentOnFromAnother) {
 // Moments are of the loss and the targets that they came from: with others, what went before says how many steps there were and no more.
 TEST(LibraryRecovery, BeginsAnewForAnotherObjective) {
     Scene scene = greyScene();
-    RendererOptions options;
-    options.paths = paintingOptions().paths;
-    options.parameters = {kPainting};
-    options.recoveries = true;
-    Renderer renderer(device(), scene, options);
+    Renderer renderer(device(), scene, paintingRenderer());
     const auto after = [&](float start, Loss loss) { // a step that goes on where two others were
         scene.set(kPainting, std::vector{start});
         Recovery before(renderer, {smallTarget()}, paintingOptions());
