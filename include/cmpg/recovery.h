@@ -124,9 +124,9 @@ class Recovery {
     // Of a renderer with RendererOptions::recoveries, for programs that look on. Its parameters are recovered, from the current values of its scene on. Each step
     // takes over what others have set there, and puts its own values there. Steps draw as the renderer's options say and learn its guide; the renderer's
     // passes between them draw from that. RecoveryOptions::paths and parameters are not read. `from`: goes on after these steps; parameters that were not
-    // among them, have another size now or stepped by another method begin here, and all do where the loss or the targets are others. A renderer has one recovery at a time: another ends it, and so do
-    // Renderer::setSampling, Renderer::forget, and new values of parameters that the renderer was not made for, or another size of one that it was.
-    // Error(Usage) on a renderer that was not made for recoveries.
+    // among them, have another size now or stepped by another method begin here, and all do where the loss or the targets are others. A renderer has one
+    // recovery at a time: another ends it, and so do Renderer::setSampling, Renderer::forget, and new values of parameters that the renderer was not made
+    // for, or another size of one that it was. Error(Usage) on a renderer that was not made for recoveries.
     Recovery(const Renderer& renderer, const std::vector<Target>& targets, const RecoveryOptions& options, const RecoveryProgress& from = {});
     bool ended() const; // its renderer was put to another use: steps, images and checkpoints throw Error(Usage), all else can be asked for
     RecoveryProgress progress() const;
