@@ -333,15 +333,18 @@ TEST(MitsubaExport, ReferencesToWhatIsReplacedStay) {
     EXPECT_FALSE(fs::exists(folder / "both/picture.png")) << "nothing refers to it";
 }
 
+// Of the colours of a picture.
+std::string wall(const std::string& id, const std::string& picture) {
+    return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id + "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"" +
+           picture + "\"/></texture></bsdf></shape>";
+}
+
 TEST(MitsubaExport, CopiesLeaveExactValuesAlone) {
     const TempFolder folder;
     fs::create_directories(folder / "parameters");
     saveExr(folder / "parameters/first.reflectance.exr", 2, 1, "RGB", std::vector<float>(6, 0.25f));
-    const auto wall = [](const std::string& id) {
-        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
-               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"parameters/first.reflectance.exr\"/></texture></bsdf></shape>";
-    };
-    loadText(folder, wall("first") + wall("second"));
+    const std::string picture = "parameters/first.reflectance.exr";
+    loadText(folder, wall("first", picture) + wall("second", picture));
     fs::rename(folder / "scene.xml", folder / "room.xml");
     Scene s = loadScene(folder / "room.xml");
     const std::uint32_t first = s.parameter("first.reflectance");
@@ -365,11 +368,8 @@ TEST(MitsubaExport, TexturesOfTheSceneItselfStay) {
     const TempFolder folder;
     fs::create_directories(folder / "textures");
     savePng(folder / "textures/first.reflectance.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
-    const auto wall = [](const std::string& id) {
-        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
-               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"textures/first.reflectance.png\"/></texture></bsdf></shape>";
-    };
-    loadText(folder, wall("first") + wall("second"));
+    const std::string picture = "textures/first.reflectance.png";
+    loadText(folder, wall("first", picture) + wall("second", picture));
     fs::rename(folder / "scene.xml", folder / "room.xml");
     Scene s = loadScene(folder / "room.xml");
     const std::uint32_t first = s.parameter("first.reflectance");
