@@ -46,7 +46,7 @@ struct PassOptions {
     // The camera of this name, else the first, moved: with this pose, kind, angle and height in place of the file's. `camera` is not read then. Error(Usage)
     // where they are not finite or out of range.
     std::optional<CameraInfo> from = {};
-    int width = 0, height = 0; // in pixels, at most 32768; 0: by the camera's aspect ratio from the other one; both 0: 512 wide
+    int width = 0, height = 0; // in pixels, at most 32768; 0: by the camera's aspect ratio from the other one; both 0: a Mitsuba film's size, else 512 wide
     std::uint32_t spp = 0;     // samples per pixel; 0: 64, or up to 65536 under an error target or a time budget
     std::uint64_t seed = 0;    // equal seeds, equal random numbers; images and derivatives of one seed have independent ones
     std::uint32_t frame = 0;   // passes of one seed and different frames have independent random numbers
@@ -147,7 +147,7 @@ class Renderer {
     std::vector<std::vector<double>> backward(const Image& adjoint, const PassOptions& pass = {}, PassReport* report = nullptr);
 
     // forward() along one direction against finite differences of images, whose paths are drawn at the current values: 16 times each, with the probability
-    // that they differ by chance (docs/numerics.md). Takes 16 derivative passes of `sppGradient` and up to 200 images of `pass.spp` (0: 16) samples per pixel.
+    // that they differ by chance. Takes 16 derivative passes of `sppGradient` and up to 200 images of `pass.spp` (0: 16) samples per pixel.
     CheckResult check(const Direction& direction, const PassOptions& pass = {}, std::uint32_t sppGradient = 0, PassReport* report = nullptr);
 
     // Makes kernels and buffers for passes of these kinds and options, so that none has to: else the first pass does.

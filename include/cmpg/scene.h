@@ -76,8 +76,8 @@ class Scene {
     std::uint32_t maxDepth() const;            // segments of a path that the file asks for, else 8
 
     std::vector<CameraInfo> cameras() const; // never empty
-    // Width and height of an image in pixels, as passes have them: 0 follows from the other by the camera's aspect ratio, both 0: 512 wide. Error(Usage) on an
-    // unknown camera.
+    // Width and height of an image in pixels, as passes have them: 0 follows from the other by the camera's aspect ratio, both 0: a Mitsuba film's size,
+    // else 512 wide. Error(Usage) on an unknown camera.
     std::pair<int, int> imageSize(const std::string& camera = {}, int width = 0, int height = 0) const;
     SceneBox box() const;
     // The surface at a place of a picture of width x height pixels, 0 as in imageSize(); (0,0) is the top left corner of the top left pixel. None where there is

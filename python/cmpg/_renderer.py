@@ -90,7 +90,7 @@ class Renderer:
 
         Args:
             camera: its name, or a Camera that may have been moved; "": the first.
-            width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: 512 wide.
+            width, height: in pixels; 0: from the other one by the camera's aspect ratio; both 0: a Mitsuba film's size, else 512 wide.
             spp: samples per pixel; 0: 64, or up to 65536 under an error target or a time budget.
             seed: equal seeds, equal random numbers; images and derivatives of one seed have independent ones.
             train: learning passes before this one. They learn a guide, from which this pass and those after it draw.

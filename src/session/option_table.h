@@ -72,7 +72,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"roulette-effort", "F", "0.3", "A path whose expected contribution is this share of the average continues once: less makes more copies"}, o.rouletteEffort);
         break;
     case OptionGroup::Scene:
-        v({"width", "N", "as the target or adjoint, else 512; --check: 128", "Width of the image in pixels. Batch commands average larger targets", Contents}, o.width);
+        v({"width", "N", "as the target, adjoint or Mitsuba film, else 512; --check: 128; compare, tradeoff: 256", "Width of the image in pixels. Batch commands average larger targets", Contents}, o.width);
         v({"height", "N", "from the camera's aspect ratio", "Height of the image in pixels", Contents}, o.height);
         v({"camera", "NAME", "the first", "Camera of the scene", Contents}, o.camera);
         v({"max-depth", "N", "the scene's, else 8", "Segments of a path; 1 = only lights seen directly"}, o.maxDepth);
