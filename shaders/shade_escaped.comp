@@ -43,8 +43,8 @@ void main() {
         uv = environmentUv(local);
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, local, uv));
-        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.frozenTexels : 0));
-        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.frozenTexels));
+        v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.secondTexels : 0));
+        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.secondTexels));
     }
     if (kDifference) tapeSecond(slot, second);
     if (kDerivatives) {

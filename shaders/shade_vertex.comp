@@ -112,7 +112,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
     if (light.density > 0.0) {
         const float weight = light.extended ? misWeight(light.density, mixtureDensity(g, sampling.surface, sampling.normal, wo, light.direction)) : 1.0;
         const float scale = choice.weight * weight / light.density;
-        radiance = lightRadiance(scene, light, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
+        radiance = lightRadiance(scene, light, kFrozen ? scene.secondMaterials : 0, kFrozen ? scene.secondTexels : 0);
         if (kDiffSurface && differentiated)
             factor = scale * scatterDerivatives(p, value, value.normal, wo, light.direction, false, d);
         else
@@ -124,7 +124,7 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         if (kDifference) {
             vec3 secondFactor = scale * scattered(p, second, second.normal, wo, light.direction, false);
             if (kAbsorbing) secondFactor *= kept;
-            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.frozenMaterials, scene.frozenTexels));
+            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.secondMaterials, scene.secondTexels));
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
         }
         if (kDiffSurface && differentiated) {
@@ -158,9 +158,9 @@ void main() {
     const vec3 wo = -ray.direction;
     SurfaceMaterial sampling = surfaceMaterial(p, wo, 0, 0);
     SurfaceMaterial value = sampling;
-    if (kFrozen) value = surfaceMaterial(p, wo, scene.frozenMaterials, scene.frozenTexels);
+    if (kFrozen) value = surfaceMaterial(p, wo, scene.secondMaterials, scene.secondTexels);
     SurfaceMaterial secondValue = sampling;
-    if (kDifference) secondValue = surfaceMaterial(p, wo, scene.frozenMaterials, scene.frozenTexels);
+    if (kDifference) secondValue = surfaceMaterial(p, wo, scene.secondMaterials, scene.secondTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     const bool differentiated = kDiffSurface && ((sampling.surface.asked & kScatteringSlots) != 0 ||
                                                  (kDiffWeight && (sampling.flags & kMaterialWeightDifferentiated) != 0));
@@ -178,10 +178,10 @@ void main() {
     if (kEmission && (sampling.flags & kMaterialEmissive) != 0 && cosFace > 0.0) {
         emissionWeight = 1.0;
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
-        const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.frozenMaterials : 0, kFrozen ? scene.frozenTexels : 0);
+        const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.secondMaterials : 0, kFrozen ? scene.secondTexels : 0);
         v.emission = keepFinite(emissionWeight * radiance);
         if (kDifference)
-            second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.frozenMaterials, scene.frozenTexels));
+            second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.secondMaterials, scene.secondTexels));
     }
     if (kDerivatives) {
         tapeSurface(slot, p.material, p.uv0, p.uv1);

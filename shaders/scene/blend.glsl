@@ -2,8 +2,8 @@
 // slots, lobes and single directions to themselves, and of the tape's records each is of one material. Expects slots.glsl and geometry.glsl.
 
 // Share of the second material at the point; of either material.
-float blendWeight(SurfacePoint p, uint frozenTexels) {
-    return textureValue(p.material, kSlotWeight, p.uv0, p.uv1, frozenTexels).x;
+float blendWeight(SurfacePoint p, uint firstTexel) {
+    return textureValue(p.material, kSlotWeight, p.uv0, p.uv1, firstTexel).x;
 }
 
 // The second material of a blend.
@@ -13,9 +13,9 @@ uint blendSecond(uint material) { return slotTexel((material * kSlotsPerMaterial
 uint interiorMaterial(SurfacePoint p) { return p.blend < 0.0 ? blendSecond(p.material) : p.material; }
 
 // Weight over probability of what was chosen; 1 where there is no blend.
-float blendShare(SurfacePoint p, uint frozenTexels) {
+float blendShare(SurfacePoint p, uint firstTexel) {
     if (p.blend == 0.0) return 1.0;
-    const float weight = blendWeight(p, frozenTexels);
+    const float weight = blendWeight(p, firstTexel);
     return p.blend > 0.0 ? weight * p.blend : (weight - 1.0) * p.blend;
 }
 

@@ -4,9 +4,9 @@
 vec3 toEnvironment(EnvironmentInfo e, vec3 d) { return rotateY(d, e.cosRotation, -e.sinRotation); }
 vec3 fromEnvironment(EnvironmentInfo e, vec3 d) { return rotateY(d, e.cosRotation, e.sinRotation); }
 
-vec3 environmentRadiance(EnvironmentInfo e, vec2 uv, uint frozenTexels) {
+vec3 environmentRadiance(EnvironmentInfo e, vec2 uv, uint firstTexel) {
     const TexelWeights t = environmentTexelWeights(uv, e.width, e.height);
-    const uint o = e.texels + frozenTexels;
+    const uint o = e.texels + firstTexel;
     return t.weight.x * valueTexel(o + t.index.x).xyz + t.weight.y * valueTexel(o + t.index.y).xyz + t.weight.z * valueTexel(o + t.index.z).xyz +
            t.weight.w * valueTexel(o + t.index.w).xyz;
 }

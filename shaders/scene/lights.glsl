@@ -135,8 +135,8 @@ LightSample sampleLight(SceneInfo scene, LightRecord light, vec3 position, vec3 
 }
 
 // The radiance of a sample of an extended light, with the values at the offsets.
-vec3 lightRadiance(SceneInfo scene, LightSample s, uint frozenMaterials, uint frozenTexels) {
+vec3 lightRadiance(SceneInfo scene, LightSample s, uint firstMaterial, uint firstTexel) {
     if (!s.extended) return s.radiance;
-    if (s.material == kNone) return environmentRadiance(scene.environment, s.uv0, frozenTexels);
-    return emittedRadiance(s.material, materialTexel(s.material * kMaterialTexels + 1).w, s.uv0, s.uv1, frozenMaterials, frozenTexels);
+    if (s.material == kNone) return environmentRadiance(scene.environment, s.uv0, firstTexel);
+    return emittedRadiance(s.material, materialTexel(s.material * kMaterialTexels + 1).w, s.uv0, s.uv1, firstMaterial, firstTexel);
 }

@@ -37,8 +37,8 @@ vec3 clearCoatNormal(SurfacePoint p, vec3 wo) {
 
 // The unit vector t / |t| of the normal map, t being its texels' mean, in world space; shorter vectors are replaced by the surface's own normal, which does
 // not depend on them. inverseLength: 1 / |t|, or 0 there.
-vec3 mappedNormal(SurfacePoint p, uint frozenTexels, OUT(mat3) frame, OUT(vec3) t, OUT(float) inverseLength) {
-    const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, frozenTexels);
+vec3 mappedNormal(SurfacePoint p, uint firstTexel, OUT(mat3) frame, OUT(vec3) t, OUT(float) inverseLength) {
+    const vec3 raw = textureValue(p.material, kSlotNormal, p.uv0, p.uv1, firstTexel);
     const float length2 = dot(raw, raw);
     inverseLength = length2 > 1e-20 ? inversesqrt(length2) : 0.0;
     t = raw * inverseLength;
@@ -47,9 +47,10 @@ vec3 mappedNormal(SurfacePoint p, uint frozenTexels, OUT(mat3) frame, OUT(vec3) 
     return inverseLength > 0.0 ? normalize(frame * t) : p.normal;
 }
 
-// Seen from wo, which only mapped normals depend on.
-SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint frozenMaterials, uint frozenTexels) {
-    const uint at = (p.material + frozenMaterials) * kMaterialTexels;
+// Seen from wo, which only mapped normals depend on. There may be two sets of materials and values: firstMaterial and firstTexel are where
+// the one that is meant begins, 0 for the first set.
+SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint firstMaterial, uint firstTexel) {
+    const uint at = (p.material + firstMaterial) * kMaterialTexels;
     const uvec4 m0 = materialTexel(at), m1 = materialTexel(at + 1);
     SurfaceMaterial m;
     m.flags = m1.w;
@@ -64,39 +65,39 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint frozenMaterials, u
     if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
     m.normal = p.normal;
     m.colorFactor = vec3(1);
-    if (kBlend) m.share = blendShare(p, frozenTexels);
+    if (kBlend) m.share = blendShare(p, firstTexel);
     if (kTextures && (m.flags & ((1u << kFlaggedSlots) - 1u)) != 0) {
         const uint f = m.flags;
-        if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, frozenTexels);
+        if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, firstTexel);
         if (kLobeSpecular && IS_METALLIC_ROUGHNESS(m.surface)) {
             if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
-                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
-            if (kTexturedMetallic && (f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, frozenTexels).x;
-            if (kTexturedSpecular && (f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels).x;
+                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, firstTexel).x;
+            if (kTexturedMetallic && (f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, firstTexel).x;
+            if (kTexturedSpecular && (f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, firstTexel).x;
         }
         if (kOtherModels && !IS_METALLIC_ROUGHNESS(m.surface)) {
             if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
-                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, frozenTexels).x;
+                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, firstTexel).x;
             if (kTexturedSpecular && !IS_CONDUCTOR(m.surface) && (f & (1u << kSlotSpecular)) != 0)
-                m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, frozenTexels);
+                m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, firstTexel);
         }
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
-    if (kTextured##Name && (f & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, frozenTexels).x;
+    if (kTextured##Name && (f & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, firstTexel).x;
 #include "shared/slots.def"
         if (kTexturedNormal && (f & (1u << kSlotNormal)) != 0) {
             mat3 frame;
             vec3 t;
             float inverseLength;
-            m.normal = visibleNormal(p.normal, mappedNormal(p, frozenTexels, frame, t, inverseLength), wo);
+            m.normal = visibleNormal(p.normal, mappedNormal(p, firstTexel, frame, t, inverseLength), wo);
         }
     }
     if (IS_ANISOTROPIC(m.surface)) {
-        m.surface.lobe[kSlotAnisotropy - kCommonSlots] = textureValue(p.material, kSlotAnisotropy, p.uv0, p.uv1, frozenTexels).x;
+        m.surface.lobe[kSlotAnisotropy - kCommonSlots] = textureValue(p.material, kSlotAnisotropy, p.uv0, p.uv1, firstTexel).x;
         m.surface.tangent = anisotropyDirection(p);
     }
     if (HAS_SHEEN(m.surface)) {
-        m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, frozenTexels).x;
-        m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, frozenTexels);
+        m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, firstTexel).x;
+        m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, firstTexel);
     }
     if (kCoatNormals && HAS_CLEAR_COAT(m.surface)) m.surface.coatNormal = clearCoatNormal(p, wo);
     if (kColors) {
@@ -107,7 +108,7 @@ SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint frozenMaterials, u
 }
 
 // Radiance leaving the front face of an emissive material.
-vec3 emittedRadiance(uint material, uint flags, vec2 uv0, vec2 uv1, uint frozenMaterials, uint frozenTexels) {
-    if (kTexturedEmission && (flags & (1u << kSlotEmission)) != 0) return textureValue(material, kSlotEmission, uv0, uv1, frozenTexels);
-    return uintBitsToFloat(materialTexel((material + frozenMaterials) * kMaterialTexels + 3).xyz);
+vec3 emittedRadiance(uint material, uint flags, vec2 uv0, vec2 uv1, uint firstMaterial, uint firstTexel) {
+    if (kTexturedEmission && (flags & (1u << kSlotEmission)) != 0) return textureValue(material, kSlotEmission, uv0, uv1, firstTexel);
+    return uintBitsToFloat(materialTexel((material + firstMaterial) * kMaterialTexels + 3).xyz);
 }

@@ -37,20 +37,20 @@ vec3 packedValue(uint at, SlotAddress a, uint texel) {
 
 float scalarValue(uint offset, uint index) { return valueTexel(offset + (index >> 2))[index & 3u]; }
 
-// Interpolated value; scalar slots fill all three channels. `frozen`: offset of the parameter values used.
-vec3 slotValue(SlotAddress a, uint material, uint kind, uint frozen) {
+// Interpolated value; scalar slots fill all three channels. firstTexel: where the set of values begins that is read.
+vec3 slotValue(SlotAddress a, uint material, uint kind, uint firstTexel) {
     const uvec4 i = a.texels.index;
     const vec4 w = a.texels.weight;
     if (kPackedTextures && (a.flags & kSlotPacked) != 0) {
         const uint at = (material * kSlotsPerMaterial + kind) * kSlotTexels;
         return w.x * packedValue(at, a, i.x) + w.y * packedValue(at, a, i.y) + w.z * packedValue(at, a, i.z) + w.w * packedValue(at, a, i.w);
     }
-    const uint o = a.offset + frozen;
+    const uint o = a.offset + firstTexel;
     if ((a.flags & kSlotScalar) != 0)
         return vec3(w.x * scalarValue(o, i.x) + w.y * scalarValue(o, i.y) + w.z * scalarValue(o, i.z) + w.w * scalarValue(o, i.w));
     return w.x * valueTexel(o + i.x).xyz + w.y * valueTexel(o + i.y).xyz + w.z * valueTexel(o + i.z).xyz + w.w * valueTexel(o + i.w).xyz;
 }
 
-vec3 textureValue(uint material, uint kind, vec2 uv0, vec2 uv1, uint frozen) {
-    return slotValue(slotAddress(material, kind, uv0, uv1), material, kind, frozen);
+vec3 textureValue(uint material, uint kind, vec2 uv0, vec2 uv1, uint firstTexel) {
+    return slotValue(slotAddress(material, kind, uv0, uv1), material, kind, firstTexel);
 }

@@ -20,7 +20,7 @@ void toTangentSpace(SurfacePoint p, vec3 wo, INOUT(BsdfDerivatives) d) {
     mat3 frame;
     vec3 t;
     float inverseLength;
-    const vec3 mapped = mappedNormal(p, kFrozen ? scene.frozenTexels : 0, frame, t, inverseLength);
+    const vec3 mapped = mappedNormal(p, kFrozen ? scene.secondTexels : 0, frame, t, inverseLength);
     fromVisibleNormal(p.normal, mapped, wo, d);
     const vec3 nx = d.at[kAtNormal], ny = d.at[kAtNormal + 1], nz = d.at[kAtNormal + 2];
     const vec3 x = frame[0].x * nx + frame[0].y * ny + frame[0].z * nz;

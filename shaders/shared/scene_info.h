@@ -8,7 +8,7 @@ struct SceneInfo {
     EnvironmentInfo environment;
     uint lights; // entries of the light table
     uint lightCandidates; // as kFeatureLightCandidates, where that is 0
-    uint frozenMaterials, frozenTexels; // where the second set of materials and values starts
+    uint secondMaterials, secondTexels; // where the second set of materials and values starts
     float environmentDistance; // any length beyond the scene
     vec3 emittersLow, emittersHigh; // box around the surfaces that emit; low > high: none does
 };

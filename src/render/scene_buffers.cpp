@@ -416,8 +416,8 @@ void SceneBuffers::uploadLights() {
     gpu::SceneInfo info{};
     info.lights = std::uint32_t(d.lights.size());
     info.lightCandidates = features_.lightCandidates;
-    info.frozenMaterials = hasSecond_ ? std::uint32_t(materialsUp_.size()) : 0;
-    info.frozenTexels = hasSecond_ ? valueTexels_ : 0;
+    info.secondMaterials = hasSecond_ ? std::uint32_t(materialsUp_.size()) : 0;
+    info.secondTexels = hasSecond_ ? valueTexels_ : 0;
     info.environmentDistance = 1e30f;
     boundEmitters(info);
     info.environment.gradient = gpu::kNone;
