@@ -242,27 +242,46 @@ TEST(LibraryInteractive, CallBacksMayNotAskForOtherWork) {
     EXPECT_EQ(shown, 1);
 }
 
-// Moments of another method, or of a texture of another size, mean something else.
-TEST(LibraryInteractive, GoesOnByAnotherMethodAndWithAnotherSize) {
+// Moments of another method, or of a texture of another size, mean something else: what was before makes no difference to such a step.
+TEST(LibraryInteractive, BeginsAnewByAnotherMethodAndWithAnotherSize) {
+    struct How {
+        OptimizerKind kind;
+        int edge;
+    };
     Scene scene = greyScene();
-    Renderer renderer(device(), scene, paintingRenderer());
-    RecoveryOptions options = paintingOptions();
-    options.spp = options.sppGradient = 2;
+    RendererOptions unguided = paintingRenderer(); // what a guide learned goes on, and changes noise
+    unguided.paths.sampling = Sampling::Bsdf;
+    unguided.paths.roulette = false;
+    Renderer renderer(device(), scene, unguided);
     const std::vector<Target> targets{smallTarget()};
-    RecoveryProgress before;
-    for (const int edge : {64, 32, 48})
-        for (const OptimizerKind kind : {OptimizerKind::Sgd, OptimizerKind::GaussNewton, OptimizerKind::Adam, OptimizerKind::GaussNewton}) {
-            scene.resize(kPainting, edge, edge);
-            scene.set(kPainting, std::vector{0.5f});
-            options.optimizer = kind;
-            Recovery anew(Renderer(device(), scene, paintingRenderer()), targets, options), recovery(renderer, targets, options, before);
-            recovery.step();
-            anew.step();
-            EXPECT_EQ(recovery.values(kPainting).size(), std::size_t(edge) * edge * 3);
-            for (const float v : recovery.values(kPainting))
-                ASSERT_TRUE(v >= 0 && v <= 1);
-            before = recovery.progress();
-        }
+    const auto options = [](OptimizerKind kind) {
+        RecoveryOptions o = paintingOptions();
+        o.spp = o.sppGradient = 2;
+        o.optimizer = kind;
+        return o;
+    };
+    const auto begin = [&](int edge, float value) {
+        scene.resize(kPainting, edge, edge);
+        scene.set(kPainting, std::vector{value});
+    };
+    const auto after = [&](float start, How first, How then) {
+        begin(first.edge, start);
+        Recovery before(renderer, targets, options(first.kind));
+        before.step();
+        before.step();
+        begin(then.edge, 0.5f);
+        Recovery recovery(renderer, targets, options(then.kind), before.progress());
+        recovery.step();
+        return recovery.values(kPainting);
+    };
+    const How adam{OptimizerKind::Adam, 32}, finer{OptimizerKind::Adam, 48}, gaussNewton{OptimizerKind::GaussNewton, 32}, sgd{OptimizerKind::Sgd, 32};
+    EXPECT_NE(after(0.2f, adam, adam), after(0.8f, adam, adam)) << "these tell of the same";
+    for (const auto& [first, then] : {std::pair(adam, finer), std::pair(finer, adam), std::pair(gaussNewton, adam), std::pair(adam, gaussNewton), std::pair(sgd, adam)}) {
+        SCOPED_TRACE(testing::Message() << int(first.kind) << ' ' << first.edge << ", " << int(then.kind) << ' ' << then.edge);
+        const std::vector<float> values = after(0.2f, first, then);
+        EXPECT_EQ(values.size(), std::size_t(then.edge) * std::size_t(then.edge) * 3);
+        EXPECT_EQ(values, after(0.8f, first, then));
+    }
 }
 
 } // namespace
