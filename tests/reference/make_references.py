@@ -53,7 +53,7 @@ JOBS = {
                        ("varied.specular", "one"), ("wavy.normal", "one", 4), ("plastic.specular", "self"), ("half.metallic", "one", 4),
                        ("lamp.emission", "one"), ("environment.radiance", "one"), ("varied.roughness", "reverse", 6),
                        ("wavy.normal", "reverse", 4), ("lamp.emission", "reverse"), ("half.metallic", "reverse", 4)]),
-    "varnish": (32, [("brass.clearcoat", "one"), ("half.clearcoat", "one", 2), ("half.clearcoatRoughness", "one", 8),
+    "varnish": (32, [("brass.clearcoat", "one"), ("half.clearcoat", "one", 2), ("plastic.clearcoatRoughness", "one", 8),
                      ("plastic.baseColor", "one"), ("half.clearcoat", "reverse", 2)]),
     "brushed": (32, [("varied.anisotropy", "one", 2), ("wavy.anisotropy", "one", 2), ("varied.roughness", "one", 6), ("wavy.normal", "one", 4),
                      ("varied.anisotropy", "reverse", 2), ("wavy.normal", "reverse", 4)]),
@@ -82,7 +82,7 @@ OVERSAMPLED = 8
 GOLD = {"eta": [0.143119, 0.374957, 1.44248], "k": [3.98316, 2.38572, 1.60322]}
 VARIANTS = {
     "metals": ("materials", {
-        "brass": {"model": "conductor", **GOLD, "colour": [0.9, 0.8, 0.7], "alpha": 0.15, "distribution": "beckmann"},
+        "brass": {"model": "conductor", **GOLD, "colour": [0.9, 0.8, 0.7], "alpha": 0.3, "distribution": "beckmann"},
         "plastic": {"model": "plastic", "ior": 1.5, "colour": [0.15, 0.35, 0.6], "specular": [0.9, 0.9, 0.9], "alpha": 0.1, "distribution": "ggx",
                     "nonlinear": True},
         "half": {"model": "conductor", "eta": [4.36968, 2.9167, 1.6547], "k": [5.20643, 4.23136, 3.75495], "colour": [0.8, 0.8, 0.8]}}),
