@@ -274,9 +274,9 @@ ExitStatus runOptimize(const Options& options, Report& report) {
 
     RunLog runLog(log, how.steps);
     UnreachedParameters unreached(session, views.views.size());
-    Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, how.steps);
-    double lastStep = report.elapsed();
     std::uint32_t end = std::min(how.steps, options.stopAfter.value_or(how.steps));
+    Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, end);
+    double lastStep = report.elapsed();
     if (how.warmUp >= how.steps)
         log.warn("nothing_recovered", "all " + std::to_string(how.steps) + " steps are of --warm-up: they learn the guide, and leave the parameters as they are");
     bool stopped = false;

@@ -44,19 +44,25 @@ void Progress::update(const v1::RecoveryStep& step, std::optional<double> budget
     samples_ += step.paths;
     const double seconds = std::max(watch_.seconds(), 1e-9);
     const double stepsLeft = seconds / done_ * (steps_ - std::min(step.step + 1, steps_)), left = std::min(stepsLeft, budget.value_or(stepsLeft));
-    const std::string line = progressLine(step, steps_, double(samples_) / seconds, left);
+    std::string line = progressLine(step, steps_, double(samples_) / seconds, left);
+    left_.clear();
     if (terminal_) {
         out_ << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ') << std::flush;
         width_ = line.size();
     } else if (done_ == 1 || step.step + 1 == steps_ || (step.step + 1) % interval_ == 0) {
         out_ << line << std::endl;
+    } else {
+        left_ = std::move(line);
     }
 }
 
 void Progress::finish() {
     if (terminal_ && width_ > 0)
         out_ << std::endl;
+    else if (!left_.empty())
+        out_ << left_ << std::endl;
     width_ = 0;
+    left_.clear();
 }
 
 } // namespace cmpg

@@ -95,7 +95,11 @@ TEST(ProgramBudget, RecoveriesEndAtAStep) {
     EXPECT_GE(config.at("stop-after"), 1);
     EXPECT_LT(config.at("stop-after"), 100000);
     EXPECT_EQ(config.at("steps"), 100000); // the schedule's
-    ASSERT_EQ(runProgram({"--config", folder / "a/run.json", "--headless", "--quiet", "-o", folder / "b"}).code, 0);
+    const std::string steps = std::to_string(config.at("stop-after").get<int>());
+    EXPECT_NE(first.err.find("step " + steps + "/100000"), std::string::npos) << first.err; // the last one
+    const auto again = runProgram({"--config", folder / "a/run.json", "--headless", "-o", folder / "b"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_NE(again.err.find("step " + steps + "/" + steps), std::string::npos) << again.err; // what is left is that of this run
     const std::string values = "/parameters/painting.baseColor.exr";
     EXPECT_TRUE(readText(folder / ("a" + values)) == readText(folder / ("b" + values)));
 }

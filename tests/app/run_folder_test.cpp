@@ -153,5 +153,19 @@ TEST(Progress, RewritesOneLineOnATerminalAndPrintsAFewElsewhere) {
     }
 }
 
+TEST(Progress, TheLastLineIsThereWhereverARunEnds) {
+    for (const std::uint32_t steps : {40u, 42u}) { // one that has a line of its own, and one that has not
+        std::ostringstream out;
+        Progress progress(out, false, 100);
+        v1::RecoveryStep report;
+        for (report.step = 0; report.step < steps; ++report.step)
+            progress.update(report);
+        progress.finish();
+        const std::string text = out.str(), last = "step " + std::to_string(steps) + "/100";
+        EXPECT_EQ(text.find(last), text.rfind(last));
+        EXPECT_NE(text.find(last), std::string::npos) << text;
+    }
+}
+
 } // namespace
 } // namespace cmpg
