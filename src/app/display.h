@@ -9,12 +9,12 @@
 
 namespace cmpg {
 
-// Images are called after the output: "run/gradient.painting.baseColor" for -o run.
+// Images are called after the output: "run/gradient.painting.baseColor" for -o run, "a/image" for -o a.exr.
 inline std::string displayTitle(const Options& options) {
     std::filesystem::path output = options.output;
     if (output.filename().empty())
         output = output.parent_path();
-    return output.stem().string();
+    return (output.extension() == ".exr" ? output.stem() : output.filename()).string(); // folders have no ending, only names with dots
 }
 
 // What shows an image as it grows; empty without a display.

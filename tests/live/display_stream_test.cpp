@@ -300,6 +300,9 @@ TEST(DisplayStream, CommandsShowWhatTheyWrite) {
         return all.count("run/image") && all.count("run/gradient.painting.baseColor") && all.count("run/painting.baseColor") &&
                all.at("run/painting.baseColor").image.values == readImage(out + "run/parameters/painting.baseColor.exr").image.values;
     }));
+    // The name of a folder has no ending.
+    EXPECT_EQ(run("optimize " + scene + "--spp 1 --steps 1 --param painting.baseColor --target " + out + "a.exr -o " + out + "run0.5/" + stream), 0);
+    EXPECT_TRUE(display.await([](const auto& all) { return all.count("run0.5/image"); }));
     EXPECT_FALSE(display.malformed());
     std::filesystem::remove_all(folder);
 }
