@@ -48,7 +48,7 @@ ExitStatus runView(const Options& options, Report& report) {
         const double scale = (options.scale ? double(*options.scale) : signedScale(values)) * std::exp2(-double(options.exposure));
         writePng(options.output, signedPicture(values, scale));
         char line[96];
-        std::snprintf(line, sizeof line, "scale: -%.3g (blue) to +%.3g (orange)\n", scale, scale);
+        std::snprintf(line, sizeof line, "scale: -%.4g (blue) to +%.4g (orange)\n", scale, scale);
         textOut(options) << line;
         report.extra["scale"] = scale;
     } else {

@@ -21,11 +21,12 @@ Image exposedPicture(const Image& image, float exposure) {
 
 Image signedPicture(const Image& values, double scale) {
     constexpr int kMinimumWidth = 128, kMargin = 6;
-    const int zoom = std::max(1, (kMinimumWidth + values.width - 1) / values.width);
-    const int width = values.width * zoom, height = values.height * zoom;
-    Drawing drawing(Drawing::Target::Picture, width, height + kMargin + kSignedLegendHeight);
-    drawing.image(0, 0, width, height, colorSigned(values, scale));
-    drawSignedLegend(drawing, kMargin, height + kMargin, width - 2 * kMargin, scale);
+    constexpr int kMostEnlarged = 2048; // high
+    const int zoom = std::max(1, std::min((kMinimumWidth + values.width - 1) / values.width, kMostEnlarged / values.height));
+    const int width = values.width * zoom, height = values.height * zoom, whole = std::max(width, kMinimumWidth);
+    Drawing drawing(Drawing::Target::Picture, whole, height + kMargin + kSignedLegendHeight);
+    drawing.image((whole - width) / 2, 0, width, height, colorSigned(values, scale));
+    drawSignedLegend(drawing, kMargin, height + kMargin, whole - 2 * kMargin, scale);
     return drawing.picture();
 }
 

@@ -10,7 +10,8 @@ namespace cmpg {
 // Three channels in [0,1], of values times 2^exposure; one channel becomes grey.
 Image exposedPicture(const Image& image, float exposure);
 
-// One channel in the colours of signed data, over its legend. Small images (gradients of textures) are enlarged so that the legend has room.
+// One channel in the colours of signed data, over its legend. Small images (gradients of textures) are enlarged so that the legend has room; narrow ones that
+// would become too high by that stand over its middle.
 Image signedPicture(const Image& values, double scale);
 
 // From night blue over red to cream: lightness grows all the way. `t` in [0,1], clamped.

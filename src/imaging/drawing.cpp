@@ -32,7 +32,8 @@ struct Drawing::Impl {
         } else {
             surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, int(width), int(height)));
             if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS)
-                throw Error(ErrorKind::Output, "cannot draw a picture of " + std::to_string(int(width)) + " x " + std::to_string(int(height)));
+                throw Error(ErrorKind::Output, "cannot draw a picture of " + std::to_string(int(width)) + " x " + std::to_string(int(height)),
+                            "a picture has at most 32767 pixels along an edge, and must fit into memory", "use smaller images, or fewer of them");
         }
         context.reset(cairo_create(surface.get()));
         cairo_set_source_rgb(context.get(), 1, 1, 1);

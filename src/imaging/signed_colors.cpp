@@ -84,8 +84,8 @@ void drawSignedLegend(Drawing& drawing, int x, int y, int width, double scale) {
             ramp.at(i, j)[0] = float(2 * (i + 0.5) / width - 1);
     drawing.image(x, y, width, kBar, colorSigned(ramp, 1));
     char positive[24], negative[24];
-    std::snprintf(positive, sizeof positive, "+%.2g", scale);
-    std::snprintf(negative, sizeof negative, "-%.2g", scale);
+    std::snprintf(positive, sizeof positive, "+%.4g", scale); // automatic scales have two digits, others are the user's
+    std::snprintf(negative, sizeof negative, "-%.4g", scale);
     const int below = y + kBar + 4;
     drawing.label(x, below, negative);
     drawing.label(x + (width - Drawing::textWidth("0")) / 2, below, "0");

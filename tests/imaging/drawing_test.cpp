@@ -73,7 +73,15 @@ TEST(Drawing, ImagesKeepTheirCodes) {
         ASSERT_EQ(pngCode(picture.values[i]), pngCode(ramp.values[i])) << i;
 }
 
-TEST(Drawing, RefusesWhatCairoCannotDraw) { EXPECT_THROW(Drawing(Drawing::Target::Picture, 40000, 4), Error); }
+TEST(Drawing, RefusesWhatCairoCannotDraw) {
+    try {
+        Drawing(Drawing::Target::Picture, 40000, 4);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(error.cause.find("32767"), std::string::npos);
+        EXPECT_FALSE(error.remedy.empty());
+    }
+}
 
 TEST(FittedImage, KeepsTheMeanAndAspect) {
     Image ramp(64, 32, 3);
