@@ -55,7 +55,7 @@ bool LiveWork::outdates(const LiveSettings& wished) const {
 void LiveWork::setSettings(const LiveSettings& wished) {
     const LiveSettings s = std::exchange(settings_, wished);
     const LiveSettings& w = settings_;
-    const bool first = directions_.empty();
+    const bool first = !std::exchange(applied_, true);
     const bool otherParameters = first || w.parameters != s.parameters;
     if (otherParameters) {
         scene_.remember(w.parameters);
@@ -251,7 +251,7 @@ bool LiveWork::previewed(Refined& r, bool forward) {
     auto image = std::make_shared<const Image>(film.image());
     show(forward ? LivePicture::Gradient : LivePicture::Image, std::move(image));
     hooks_.publish();
-    hooks_.betweenSubmissions(); // the view may have changed again
+    hooks_.afterPreview(); // the view may have changed again, which was no reason to end it
     return true;
 }
 

@@ -15,6 +15,7 @@ class LiveWork {
   public:
     struct Hooks {
         std::function<void()> betweenSubmissions;  // may throw LiveInterrupted
+        std::function<void()> afterPreview;        // the same, whether or not anything came since
         std::function<void(const char*)> busyWith; // what takes a while begins; "": it is over
         std::function<void()> publish;             // the state changed in the midst of a piece of work
     };
@@ -85,6 +86,7 @@ class LiveWork {
     LiveState& state_;
     Hooks hooks_;
     LiveSettings settings_;
+    bool applied_ = false;                  // settings_ were set once
     std::vector<v1::Direction> directions_; // of the selected parameters: all ones
 
     std::vector<std::uint32_t> builtFor_; // parameters that renderer_ differentiates

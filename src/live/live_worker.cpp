@@ -123,6 +123,7 @@ void LiveWorker::openScene(const Options& options) {
     settle();
     LiveWork::Hooks hooks;
     hooks.betweenSubmissions = [this] { betweenSubmissions(); };
+    hooks.afterPreview = [this] { look(); };
     hooks.busyWith = [this](const char* what) { notice(what, *what != 0); };
     hooks.publish = [this] { publish(); };
     work_ = std::make_unique<LiveWork>(options_, *device_, *scene_, state_, std::move(hooks));
@@ -197,8 +198,11 @@ void LiveWorker::useAsTarget(const LiveState& shown) {
 }
 
 void LiveWorker::betweenSubmissions() {
-    if (!mailbox_.unseen())
-        return;
+    if (mailbox_.unseen())
+        look();
+}
+
+void LiveWorker::look() {
     LiveRequests quick;
     const bool outdated = mailbox_.inspect([&](LiveRequests& r, const LiveSettings& wished) {
         quick.pick = std::exchange(r.pick, {});

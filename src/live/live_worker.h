@@ -17,7 +17,8 @@ class LiveWorker {
     void openScene(const Options& options);
     void apply(LiveRequests& requests, const LiveSettings& wished);
     void useAsTarget(const LiveState& shown);
-    void betweenSubmissions(); // of a pass; throws LiveInterrupted where it is of no more use
+    void betweenSubmissions(); // of a pass: looks at what came, if anything did
+    void look();               // throws LiveInterrupted where the pass under way is of no more use
     void answer(const LiveRequests& quick); // picks and files
     // Runs something that may fail; false: it did, and the state says how.
     template <class F> bool attempt(F&& f);

@@ -8,6 +8,7 @@
 #include "session/parameter_values.h"
 #include "session/session.h"
 
+#include <cmath>
 #include <fstream>
 
 namespace cmpg::test {
@@ -40,6 +41,44 @@ TEST(LiveRefine, TheImageIsThatOfRender) {
     Renderer renderer = headless.renderer({});
     EXPECT_EQ(state->picture(LivePicture::Image)->values, renderer.render(headless.view, 37, {.seed = options.seed}).values);
     EXPECT_EQ(state->error.number, 0u) << state->error.what;
+}
+
+TEST(LiveRefine, AnImageNeedsNoParameter) {
+    Options options = liveOptions("box", 48);
+    options.spp = 1024; // several passes
+    Watched live(options);
+    live.until([](const LiveState& s) { return s.scene != nullptr; }, "the scene");
+    live->change([](LiveSettings& s) { s.parameters = {}; });
+    live.until([](const LiveState& s) { return s.settings.parameters.empty() && s.imageSamples == 1024 && !s.refining; }, "the end of refinement");
+}
+
+// While the picture made in haste of one view is drawn, the view moves on: no pass of the full size is spent on the first.
+TEST(LiveRefine, AViewThatMovesInAPreviewIsFollowedAtOnce) {
+    Watched live(liveOptions("box", 64));
+    const auto first = live.until([](const LiveState& s) { return s.imageSamples >= 64; }, "64 samples");
+    const int edge = int(std::sqrt(2 * first->samplesPerSecond)); // a pass takes seconds, a preview hardly any time
+    if (edge > 4096)
+        GTEST_SKIP() << "the device is too fast for pictures of a size that fits into memory";
+    live->change([&](LiveSettings& s) { s.width = s.height = edge; });
+    live.until([&](const LiveState& s) { return s.settings.width == edge && s.preview; }, "a preview");
+    float place = first->settings.camera.toWorld[12];
+    for (int i = 0; i < 12; ++i) {
+        const auto move = [&] {
+            place += 0.001f;
+            live->change([&](LiveSettings& s) { s.camera.toWorld[12] = place; });
+        };
+        move();
+        std::this_thread::sleep_for(std::chrono::milliseconds(6 * i));
+        move();
+        bool whole = false;
+        live.until(
+            [&](const LiveState& s) {
+                whole = whole || (s.imageSamples > 0 && s.settings.width == edge);
+                return s.preview && s.settings.camera.toWorld[12] == place;
+            },
+            "a preview of the last view");
+        ASSERT_FALSE(whole) << "moved again after " << 6 * i << " ms";
+    }
 }
 
 TEST(LiveRefine, TheGradientIsThatOfGradient) {
