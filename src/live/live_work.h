@@ -26,6 +26,10 @@ class LiveWork {
     // Settings that make sense for this scene.
     LiveSettings sanitised(LiveSettings settings) const;
     void setSettings(const LiveSettings& settings);
+    // Whether steps towards targets are what such settings ask for, seen by the cameras of the targets.
+    static bool optimizes(const LiveSettings& settings, std::size_t views) {
+        return settings.mode == LiveMode::Optimize && !settings.parameters.empty() && views > 0;
+    }
     // Whether a pass under way would be of no more use with other settings.
     bool outdates(const LiveSettings& wished) const;
 
@@ -53,7 +57,7 @@ class LiveWork {
         int width = 0, height = 0;
     };
     Seen seen() const;
-    bool optimizing() const { return settings_.mode == LiveMode::Optimize && !settings_.parameters.empty() && scene_.views() > 0; }
+    bool optimizing() const { return optimizes(settings_, scene_.views()); }
     bool differentiating() const { return settings_.mode != LiveMode::Render && !settings_.parameters.empty(); }
     bool unfinished(const Refined& film) const;
 

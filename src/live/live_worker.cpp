@@ -192,7 +192,7 @@ void LiveWorker::useAsTarget(const LiveState& shown) {
     const auto& image = shown.picture(LivePicture::Image);
     if (!image || shown.preview || shown.settings.scene != work_->settings().scene)
         throw Error(ErrorKind::Usage, "there is no image yet to make a target of", "the view has just changed", "wait for the image");
-    const bool ofTarget = shown.settings.mode == LiveMode::Optimize && shown.settings.view < scene_->views();
+    const bool ofTarget = LiveWork::optimizes(shown.settings, shown.views) && shown.settings.view < scene_->views();
     const v1::CameraInfo seenBy = ofTarget ? *scene_->targets[shown.settings.view].from : shown.settings.camera;
     scene_->setTarget(seenBy, *image);
 }

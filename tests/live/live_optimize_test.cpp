@@ -212,6 +212,32 @@ TEST_F(LiveOptimize, AnImageBecomesTheTarget) {
     EXPECT_EQ(state->error.number, 0u) << state->error.what;
 }
 
+// Without a parameter there is nothing to recover: the image is seen by the camera that was moved, and so is the target that it becomes.
+TEST_F(LiveOptimize, AnImageWithoutAParameterKeepsItsCamera) {
+    const auto live = open();
+    const auto opened = live->until([](const LiveState& s) { return s.views == 1; }, "the target");
+    (*live)->change([](LiveSettings& s) {
+        s.mode = LiveMode::Optimize;
+        s.camera.toWorld[12] += 0.3f;
+        s.parameters = {};
+        s.running = true;
+    });
+    live->until([](const LiveState& s) { return s.settings.parameters.empty() && s.imageSamples == 4 && !s.preview; }, "an image");
+    (*live)->pick(12, 12);
+    const auto before = live->until([](const LiveState& s) { return s.pick != nullptr; }, "a pick");
+    (*live)->useImageAsTarget();
+    (*live)->change([&](LiveSettings& s) {
+        s.parameters = opened->settings.parameters;
+        s.running = false;
+    });
+    live->until([&](const LiveState& s) { return s.targets != opened->targets && !s.settings.parameters.empty() && !s.refining; }, "the other target");
+    (*live)->pick(12, 12);
+    const auto after = live->until([](const LiveState& s) { return s.pick->number == 2; }, "another pick");
+    ASSERT_TRUE(before->pick->hit);
+    EXPECT_EQ(after->pick->position, before->pick->position);
+    EXPECT_EQ(after->error.number, 0u) << after->error.what;
+}
+
 TEST_F(LiveOptimize, EndsInTheMidstOfAStep) {
     options_.spp = 4096;
     const auto live = open(true);
