@@ -84,11 +84,12 @@ void LiveSession::train(std::uint32_t passes) {
 
 void LiveSession::openScene(const std::filesystem::path& file, const std::optional<std::string>& target) {
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) {
-        const std::vector<LiveSave> saves = std::move(r.saves); // of what was seen before
-        r = {};
-        r.saves = saves;
-        r.scene = file;
-        r.target = target;
+        LiveRequests next;
+        next.saves = std::move(r.saves); // of what was seen before
+        next.sceneFolder = std::move(r.sceneFolder);
+        next.scene = file;
+        next.target = target;
+        r = std::move(next);
     });
 }
 

@@ -153,7 +153,7 @@ class LiveSession {
     // `notify` is called by the worker whenever there is a new state; it must return quickly, and may be called from before the
     // constructor returns until the destructor does.
     explicit LiveSession(const Options& options, std::function<void()> notify = {});
-    // Ends the work after the submission in flight.
+    // Ends the work after the submission in flight. Files that were asked for are written first.
     ~LiveSession();
     LiveSession(const LiveSession&) = delete;
     LiveSession& operator=(const LiveSession&) = delete;
@@ -173,7 +173,7 @@ class LiveSession {
     // All entries of the selected parameters become this, within their range: something to recover from. Restarts as reset() does.
     void fill(float value);
     void train(std::uint32_t passes = 1); // Render, Gradient: learning passes for the guide
-    // With its target, if one is given. What was asked for before is void, targets included: it was meant for the scene before.
+    // With its target, if one is given. What was asked for before is void, targets included: it was meant for the scene before. But files are written.
     void openScene(const std::filesystem::path& file, const std::optional<std::string>& target = {});
     // "FILE" or "CAMERA=FILE". Replaces all targets; without a camera, the scene's camera by the name of settings().camera is taken. Of a scene that is
     // still to be opened, it is that scene's.
@@ -184,7 +184,7 @@ class LiveSession {
     // What the latest state shows, as .exr or .png by the file's ending. The message, or the error, tells of the result.
     void save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look = {});
     void saveLoss(const std::filesystem::path& file); // .png: the curve; .csv: the values
-    // The scene with the values that were optimised so far: `folder`/scene.gltf and what it refers to.
+    // The scene with the values that were optimised so far, in the format of its file: `folder`/scene.gltf or scene.xml, and what it refers to.
     void saveScene(const std::filesystem::path& folder);
 
   private:

@@ -48,8 +48,11 @@ void LiveWorker::run() {
         notice(!work_ ? "drop a scene here: .gltf, .glb or .xml" : stuck_ ? "stopped by an error" : work_->missing(), false);
         auto [requests, wished] = mailbox_.take(idle);
         stuck_ = false;
-        if (requests.quit)
+        if (requests.quit) {
+            requests.pick.reset();              // nobody sees the answer
+            attempt([&] { answer(requests); }); // files that were asked for are written all the same
             return;
+        }
         apply(requests, wished);
         if (!work_ || !work_->hasWork())
             continue;

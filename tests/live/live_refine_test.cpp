@@ -1,4 +1,5 @@
 // Images and gradient images of a session are those of the headless commands; settings may change at any time.
+#include "live/live_worker.h"
 #include "live_fixture.h"
 #include "scene/scene_file.h"
 
@@ -6,6 +7,7 @@
 #include "render/guided_passes.h"
 #include "session/library_options.h"
 #include "session/parameter_values.h"
+#include "session/output.h"
 #include "session/session.h"
 
 #include <cmath>
@@ -306,14 +308,56 @@ TEST(LiveRefine, ADeviceThatIsNoneIsReported) {
     EXPECT_NE(state->error.what.find("no such device"), std::string::npos);
 }
 
+// The worker of a session without its front.
+struct LoneWorker {
+    explicit LoneWorker(const Options& options) : options_(options) {
+        mailbox.ask([&](LiveRequests&, LiveSettings& wished) { wished = LiveWorker::settingsAtStart(options_); });
+    }
+    void run() { LiveWorker(options_, mailbox).run(); }
+
+    LiveMailbox mailbox{{}};
+
+  private:
+    Options options_;
+};
+
 TEST(LiveRefine, EndsInTheMidstOfAPass) {
-    Options options = liveOptions("box", 400);
-    Watched live(options);
-    live.until([](const LiveState& s) { return s.imageSamples > 0; }, "an image");
-    const auto start = std::chrono::steady_clock::now();
-    live.close();
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    EXPECT_LT(taken.count(), 2); // one submission of 20 ms, and room for a busy machine; a pass of this size would not be cheaper
+    LoneWorker worker(liveOptions("box", 32));
+    std::thread thread([&] { worker.run(); });
+    worker.mailbox.ask([](LiveRequests& r, LiveSettings& wished) {
+        wished.spp = 1 << 16; // a minute's worth
+        r.train = 1;
+    });
+    // A pick is answered before the pass begins or in it, one that is asked for then is answered in it.
+    for (std::uint32_t number = 1; number <= 2; ++number) {
+        worker.mailbox.ask([](LiveRequests& r, LiveSettings&) { r.pick = {16, 16}; });
+        for (int i = 0; i < 24000 && !(worker.mailbox.state()->pick && worker.mailbox.state()->pick->number == number); ++i) // two minutes
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        EXPECT_TRUE(worker.mailbox.state()->pick);
+    }
+    worker.mailbox.ask([](LiveRequests& r, LiveSettings&) { r.quit = true; });
+    thread.join();
+    EXPECT_EQ(worker.mailbox.state()->guidePasses, 0u);
+    EXPECT_EQ(worker.mailbox.state()->error.number, 0u) << worker.mailbox.state()->error.what;
+}
+
+TEST(LiveRefine, FilesAreWrittenBeforeTheEnd) {
+    const ScratchFolder scratch;
+    LoneWorker worker(liveOptions("box"));
+    worker.mailbox.ask([&](LiveRequests& r, LiveSettings&) {
+        r.saves.push_back({scratch / "a.txt", [&] { writeTextFile(scratch / "a.txt", "a"); }});
+        r.sceneFolder = scratch / "saved";
+        r.quit = true;
+    });
+    worker.run();
+    EXPECT_TRUE(std::filesystem::exists(scratch / "a.txt"));
+    EXPECT_TRUE(std::filesystem::exists(scratch / "saved/scene.gltf"));
+    // Nor does another scene take their place.
+    Watched live(liveOptions("box"));
+    live->saveScene(scratch / "before");
+    live->openScene(sceneFile("door"));
+    live.until([](const LiveState& s) { return s.scene && s.scene->number == 2; }, "the other scene");
+    EXPECT_TRUE(std::filesystem::exists(scratch / "before/scene.gltf"));
 }
 
 } // namespace
