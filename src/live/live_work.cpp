@@ -136,12 +136,12 @@ bool LiveWork::hasWork() const {
 }
 
 std::string LiveWork::missing() const {
-    if (settings_.mode == LiveMode::Render)
-        return "";
-    if (settings_.parameters.empty())
+    if (settings_.mode != LiveMode::Render && settings_.parameters.empty())
         return "select a parameter";
     if (settings_.mode == LiveMode::Optimize && scene_.views() == 0)
         return "drop a target image here, or use the image as target";
+    if (!settings_.running && !optimizing() && image_.film.samples() == 0)
+        return "paused before the first sample of this view";
     return "";
 }
 

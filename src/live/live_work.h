@@ -39,7 +39,7 @@ class LiveWork {
     void reset(std::optional<float> fill); // to the scene's values, or the selected parameters to one value
 
     bool hasWork() const;
-    std::string missing() const; // what the mode lacks, for the notice; empty: nothing
+    std::string missing() const; // why there is nothing new to see, for the notice; empty: there is
     // Some tenths of a second of work, or one step.
     void work();
     // After an exception out of work(): as if the piece had not begun.

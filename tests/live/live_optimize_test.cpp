@@ -123,6 +123,11 @@ TEST_F(LiveOptimize, PausesResetsAndGoesOn) {
     (*live)->fill(0.25f);
     const auto filled = live->until([](const LiveState& s) { return s.step == 0 && s.picture(LivePicture::Parameter)->values[0] == 0.25f; }, "the fill");
     EXPECT_EQ(filled->picture(LivePicture::Parameter)->values.back(), 0.25f);
+    // Paused, the other modes draw nothing, and say so until they do.
+    (*live)->change([](LiveSettings& s) { s.mode = LiveMode::Render; });
+    live->until([](const LiveState& s) { return s.settings.mode == LiveMode::Render && s.notice.find("paused") == 0; }, "a notice");
+    (*live)->change([](LiveSettings& s) { s.running = true; });
+    EXPECT_EQ(live->until([](const LiveState& s) { return s.imageSamples == 4 && !s.refining; }, "an image")->notice, "");
 }
 
 TEST_F(LiveOptimize, APauseLosesNothingOfTheImage) {
