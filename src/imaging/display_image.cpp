@@ -38,6 +38,14 @@ Color heatColor(double t) {
     return displayColor(channel(0), channel(1), channel(2));
 }
 
+double heatScale(const Image& values) {
+    float most = 0;
+    for (const float v : values.values)
+        if (std::isfinite(v))
+            most = std::max(most, v);
+    return most > 0 ? double(most) : 1;
+}
+
 Color labelColor(std::uint32_t number) {
     // Hues a golden angle apart, in three lightnesses.
     const double hue = std::fmod(number * 0.61803398874989485, 1.0) * 6, light = 0.55 + 0.2 * (number % 3);

@@ -17,6 +17,9 @@ Image signedPicture(const Image& values, double scale);
 // From night blue over red to cream: lightness grows all the way. `t` in [0,1], clamped.
 Color heatColor(double t);
 
+// The value that gets the lightest of these colours: the largest. 1 where none is above zero.
+double heatScale(const Image& values);
+
 // A colour for a number that only names something: neighbouring numbers get colours far apart.
 Color labelColor(std::uint32_t number);
 

@@ -29,7 +29,33 @@ const char* livePictureName(LivePicture picture) {
     return kNames[std::size_t(picture)];
 }
 
-bool isSigned(LivePicture p) { return p == LivePicture::Difference || p == LivePicture::Gradient || p == LivePicture::ParameterGradient; }
+const v1::ParameterInfo* shownParameter(const LiveState& state) {
+    if (!state.scene || state.settings.parameters.empty() || state.settings.parameters.front() >= state.scene->parameters.size())
+        return nullptr;
+    return &state.scene->parameters[state.settings.parameters.front()];
+}
+
+LiveColors colorsOf(const LiveState& state, LivePicture picture) {
+    switch (picture) {
+    case LivePicture::Difference:
+    case LivePicture::Gradient:
+    case LivePicture::ParameterGradient: return LiveColors::Signed;
+    case LivePicture::Depth:
+    case LivePicture::Guided: return LiveColors::Heat;
+    case LivePicture::Normal: return LiveColors::Directions;
+    case LivePicture::Cells: return LiveColors::Labels;
+    case LivePicture::Albedo: return LiveColors::Plain;
+    case LivePicture::Parameter: {
+        const v1::ParameterInfo* const parameter = shownParameter(state);
+        if (const auto& image = state.picture(picture); image && image->channels == 1)
+            return LiveColors::Heat;
+        if (parameter && parameter->slot == "normal")
+            return LiveColors::Directions;
+        return parameter && (parameter->slot == "emission" || parameter->slot == "radiance") ? LiveColors::Radiance : LiveColors::Plain;
+    }
+    default: return LiveColors::Radiance;
+    }
+}
 
 LiveSession::LiveSession(const Options& options, std::function<void()> notify) : impl_(std::make_unique<Impl>(options, std::move(notify))) {}
 
@@ -114,10 +140,11 @@ void LiveSession::pick(int x, int y) {
 }
 
 void LiveSession::save(LivePicture picture, const std::filesystem::path& file, const LiveLook& look) {
-    const auto write = [image = state()->picture(picture), picture, file, look] {
+    const auto shown = state();
+    const auto write = [image = shown->picture(picture), colors = colorsOf(*shown, picture), picture, file, look] {
         if (!image)
             throw Error(ErrorKind::Output, std::string("there is no ") + livePictureName(picture) + " to save yet");
-        savePicture(picture, *image, file, look);
+        savePicture(colors, *image, file, look);
     };
     impl_->mailbox.ask([&](LiveRequests& r, LiveSettings&) { r.saves.push_back({file, write}); });
 }

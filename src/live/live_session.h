@@ -38,7 +38,6 @@ enum class LivePicture {
 };
 constexpr std::size_t kLivePictures = std::size_t(LivePicture::Cells) + 1;
 const char* livePictureName(LivePicture picture); // "image", "target", ...: for titles and file names
-bool isSigned(LivePicture picture);               // to be coloured with zero in the middle
 
 // Everything a user sets. Values out of range are brought back into it. `settings` of a state are those in force.
 struct LiveSettings {
@@ -138,11 +137,23 @@ struct LiveState {
     std::shared_ptr<const LivePick> pick; // the last one; null: none
 };
 
+// How the values of a picture become colours, in a window as in PNG files.
+enum class LiveColors {
+    Radiance,   // as they are, times 2^exposure
+    Plain,      // as they are: colours of materials
+    Signed,     // blue below zero, orange above
+    Heat,       // of one channel: from night blue at zero to cream
+    Directions, // [-1,1] as [0,1]
+    Labels,     // numbers: a colour of its own for each
+};
+LiveColors colorsOf(const LiveState& state, LivePicture picture);
+const v1::ParameterInfo* shownParameter(const LiveState& state); // whose values and gradient are pictures; null: none
+
 // How a picture becomes a PNG. EXR files always hold the values as they are.
 struct LiveLook {
-    float exposure = 0;  // RGB: times 2^exposure
-    double scale = 0;    // signed pictures: the value of the deepest colours; 0: automatic, as `view --signed`
-    bool legend = true;  // signed pictures: a bar with the scale under the picture
+    float exposure = 0;  // Radiance
+    double scale = 0;    // Signed, Heat: the value at the end of the colours; 0: automatic, as `view --signed`, or the largest
+    bool legend = true;  // Signed: a bar with the scale under the picture
 };
 
 class LiveSession {

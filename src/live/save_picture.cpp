@@ -15,12 +15,12 @@
 namespace cmpg {
 namespace {
 
-// One value per pixel in false colours; 0 and what is not finite stay black.
+// One value per pixel in false colours; what is not finite stays black.
 Image scalarPicture(const Image& values, double high) {
     Image picture(values.width, values.height, 3);
     for (std::size_t p = 0; p < values.pixels(); ++p) {
         const auto value = double(values.values[p]);
-        const Color color = value > 0 && std::isfinite(value) ? heatColor(value / high) : kBlack;
+        const Color color = std::isfinite(value) ? heatColor(value / high) : kBlack;
         std::copy(color.begin(), color.end(), picture.values.begin() + std::ptrdiff_t(3 * p));
     }
     return picture;
@@ -35,36 +35,35 @@ Image labelPicture(const Image& labels) {
     return picture;
 }
 
-Image display(LivePicture picture, const Image& image, const LiveLook& look) {
-    if (isSigned(picture)) {
+Image directionPicture(const Image& directions) {
+    Image picture = directions;
+    for (float& v : picture.values)
+        v = 0.5f * v + 0.5f;
+    return picture;
+}
+
+Image display(LiveColors colors, const Image& image, const LiveLook& look) {
+    switch (colors) {
+    case LiveColors::Signed: {
         const Image mean = channelMean(image);
         const double scale = look.scale > 0 ? look.scale : signedScale(mean);
         return look.legend ? signedPicture(mean, scale) : colorSigned(mean, scale);
     }
-    switch (picture) {
-    case LivePicture::Depth:
-        return scalarPicture(image, std::max(1e-30, double(*std::max_element(image.values.begin(), image.values.end()))));
-    case LivePicture::Guided:
-        return scalarPicture(image, 1);
-    case LivePicture::Cells:
-        return labelPicture(image);
-    case LivePicture::Normal: {
-        Image shifted = image;
-        for (float& v : shifted.values)
-            v = 0.5f * v + 0.5f;
-        return shifted;
+    case LiveColors::Heat: return scalarPicture(image, look.scale > 0 ? look.scale : heatScale(image));
+    case LiveColors::Directions: return directionPicture(image);
+    case LiveColors::Labels: return labelPicture(image);
+    case LiveColors::Plain: return exposedPicture(image, 0);
+    case LiveColors::Radiance: break;
     }
-    default:
-        return exposedPicture(image, look.exposure);
-    }
+    return exposedPicture(image, look.exposure);
 }
 
 } // namespace
 
-void savePicture(LivePicture picture, const Image& image, const std::filesystem::path& file, const LiveLook& look) {
+void savePicture(LiveColors colors, const Image& image, const std::filesystem::path& file, const LiveLook& look) {
     if (file.extension() == ".png") {
         requireWritableFile(file, ".png");
-        writePng(file, display(picture, image, look));
+        writePng(file, display(colors, image, look));
     } else {
         requireWritableFile(file, ".exr"); // refuses other endings
         writeExr(file, image);

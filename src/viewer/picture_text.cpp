@@ -12,19 +12,13 @@ std::string samplesText(std::uint32_t samples) {
     return std::to_string(samples) + (samples == 1 ? " sample" : " samples");
 }
 
-const v1::ParameterInfo* firstParameter(const LiveState& state) {
-    if (!state.scene || state.settings.parameters.empty() || state.settings.parameters.front() >= state.scene->parameters.size())
-        return nullptr;
-    return &state.scene->parameters[state.settings.parameters.front()];
-}
-
 std::string firstName(const LiveState& state) {
-    const v1::ParameterInfo* const item = firstParameter(state);
+    const v1::ParameterInfo* const item = shownParameter(state);
     return item ? item->name : "no parameter";
 }
 
 std::string sizeText(const LiveState& state) {
-    const v1::ParameterInfo* const item = firstParameter(state);
+    const v1::ParameterInfo* const item = shownParameter(state);
     return item ? std::to_string(item->width) + " x " + std::to_string(item->height) : "";
 }
 

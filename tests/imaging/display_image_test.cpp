@@ -34,5 +34,12 @@ TEST(SignedPicture, LegendTellsTheScale) {
     EXPECT_EQ(legend(double(0.3f)), legend(0.3));
 }
 
+TEST(HeatScale, IsTheLargestValue) {
+    Image values(2, 2, 1, -3);
+    EXPECT_EQ(heatScale(values), 1);
+    values.values = {0.5f, HUGE_VALF, std::nanf(""), 0.25f};
+    EXPECT_EQ(heatScale(values), 0.5);
+}
+
 } // namespace
 } // namespace cmpg

@@ -4,6 +4,7 @@
 
 #include "optimize/recovery_config.h"
 #include "optimize/recovery_run.h"
+#include "scene/image_decode.h"
 #include "session/library_options.h"
 #include "session/parameter_values.h"
 #include "session/targets.h"
@@ -268,6 +269,9 @@ TEST_F(LiveOptimize, SavesWhatIsSeen) {
     live->until([](const LiveState& s) { return s.message.number == 7; }, "7 files");
     EXPECT_EQ(readImage(scratch_ / "image.exr").image.values, state->picture(LivePicture::Image)->values);
     EXPECT_EQ(readImage(scratch_ / "gradient.exr").image.values, state->picture(LivePicture::Gradient)->values);
+    const std::vector<float> parameter = readImage(scratch_ / "parameter.png").image.values; // a colour of a material, which is not exposed
+    for (std::size_t i = 0; i < parameter.size(); ++i)
+        ASSERT_EQ(pngCode(parameter[i]), pngCode(state->picture(LivePicture::Parameter)->values[i])) << i;
     EXPECT_GT(readImage(scratch_ / "gradient.png").image.height, readImage(scratch_ / "gradient.png").image.width); // the legend
     std::ifstream rows(scratch_ / "loss.csv");
     std::string header, first, second;

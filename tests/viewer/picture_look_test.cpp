@@ -51,6 +51,36 @@ TEST(Looks, ExposureIsForRadianceAlone) {
     EXPECT_EQ(looks.of(state, LivePicture::Albedo).factor, 1);
     EXPECT_EQ(looks.of(state, LivePicture::Gradient).factor, 1);
     EXPECT_EQ(looks.forFile(state, LivePicture::Image).exposure, 2);
+    EXPECT_EQ(colorsOf(state, LivePicture::Image), LiveColors::Radiance); // files look as the window does
+    EXPECT_EQ(colorsOf(state, LivePicture::Albedo), LiveColors::Plain);
+    EXPECT_EQ(colorsOf(state, LivePicture::Gradient), LiveColors::Signed);
+
+    // A parameter by what it is of.
+    constexpr std::array kParameter{LivePicture::Parameter};
+    const auto shows = [&](const char* slot, int channels, float highest) {
+        auto scene = std::make_shared<LiveScene>();
+        scene->parameters.resize(1);
+        scene->parameters[0].slot = slot;
+        scene->parameters[0].highest = highest;
+        state.scene = scene;
+        state.settings.parameters = {0};
+        state.pictures[std::size_t(LivePicture::Parameter)] = std::make_shared<Image>(4, 4, channels, 0.5f);
+        looks.update(state, kParameter);
+        return looks.of(state, LivePicture::Parameter);
+    };
+    const auto colors = [&] { return colorsOf(state, LivePicture::Parameter); };
+    const auto scale = [&] { return looks.forFile(state, LivePicture::Parameter).scale; };
+    EXPECT_EQ(shows("baseColor", 3, 1).factor, 1);
+    EXPECT_EQ(colors(), LiveColors::Plain);
+    EXPECT_EQ(shows("emission", 3, HUGE_VALF).factor, 4);
+    EXPECT_EQ(colors(), LiveColors::Radiance);
+    EXPECT_EQ(shows("normal", 3, 1).kind, gpu::kPanelDirection);
+    EXPECT_EQ(colors(), LiveColors::Directions);
+    EXPECT_EQ(shows("roughness", 1, 1).kind, gpu::kPanelScalar);
+    EXPECT_EQ(colors(), LiveColors::Heat);
+    EXPECT_EQ(scale(), 1); // of its range
+    EXPECT_EQ(shows("scale", 1, HUGE_VALF).factor, 2);
+    EXPECT_EQ(scale(), 0.5); // of its values
 }
 
 TEST(Looks, NumbersThatAreNoneDoNotCount) {
