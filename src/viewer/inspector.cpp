@@ -3,6 +3,7 @@
 
 #include "imaging/guide_maps.h"
 #include "viewer/legend.h"
+#include "viewer/picture_text.h"
 #include "viewer/sphere_map.h"
 #include "viewer/theme.h"
 #include "viewer/widgets.h"
@@ -38,13 +39,13 @@ void saveMaps(Desk& desk, const LivePick& pick) {
 }
 
 void drawFigures(Desk& desk, const LivePick& pick) {
-    char text[96];
-    std::snprintf(text, sizeof text, "%.3g  %.3g  %.3g", double(pick.position.x), double(pick.position.y), double(pick.position.z));
     figure("pixel", std::to_string(pick.x) + ", " + std::to_string(pick.y));
     figure("material", pick.material);
-    figure("point", text);
+    if (desk.state->scene)
+        figure("point", pointText(*desk.state->scene, pick.position));
     if (!pick.guide)
         return;
+    char text[96];
     figure("cell", std::to_string(pick.guide->cell) + " of " + std::to_string(pick.guide->cells));
     figure("records", shortNumber(pick.guide->records));
     std::snprintf(text, sizeof text, "%.0f %%", 100 * pick.guide->guideShare);

@@ -3,6 +3,7 @@
 
 #include "viewer/legend.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg::viewer {
@@ -23,6 +24,19 @@ std::string sizeText(const LiveState& state) {
 }
 
 } // namespace
+
+std::string pointText(const LiveScene& scene, glm::vec3 position) {
+    const double size = glm::length(glm::dvec3(scene.upper) - glm::dvec3(scene.lower));
+    const int decimals = std::clamp(3 - int(std::floor(std::log10(std::max(size, 1e-9)))), 0, 9);
+    const glm::dvec3 point = scene.center + glm::dvec3(position);
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis) {
+        char number[64];
+        std::snprintf(number, sizeof number, "%.*f", decimals, point[axis]);
+        text += (axis ? "  " : "") + std::string(number);
+    }
+    return text;
+}
 
 std::string parametersText(const LiveState& state) {
     const std::size_t count = state.settings.parameters.size();
