@@ -73,6 +73,7 @@ struct LiveScene {
 struct LivePick {
     std::uint32_t number = 0; // counts picks
     int x = 0, y = 0;         // pixel
+    int width = 0, height = 0; // of the image that it is a pixel of
     LiveSettings settings;    // in force when it was answered
     std::uint32_t guidePasses = 0; // what the guide had learned from then
     bool hit = false;         // all below only where something was hit

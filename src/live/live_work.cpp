@@ -305,6 +305,8 @@ LivePick LiveWork::pick(int x, int y) const {
     pick.settings = settings_;
     pick.guidePasses = state_.guidePasses;
     const Seen s = seen();
+    pick.width = s.width;
+    pick.height = s.height;
     const std::optional<v1::SurfacePoint> hit = scene_.scene.pick(s.camera, s.width, s.height, float(x) + 0.5f, float(y) + 0.5f);
     if (!hit)
         return pick;

@@ -125,18 +125,22 @@ void drawParameters(Desk& desk, std::size_t most) {
     if (!desk.state->scene)
         return;
     const auto& items = desk.state->scene->parameters;
-    static char wanted[64] = ""; // in the one window there is
     constexpr std::size_t kMany = 8;
     if (items.size() > kMany) {
+        char wanted[64];
+        std::snprintf(wanted, sizeof wanted, "%s", desk.wanted.c_str());
         ImGui::SetNextItemWidth(-1);
-        ImGui::InputTextWithHint("##find", "part of a name", wanted, sizeof wanted);
+        ImGui::PushID(int(desk.wantedOf)); // a field that is being typed in would bring the text of the scene before back
+        if (ImGui::InputTextWithHint("##find", "part of a name", wanted, sizeof wanted))
+            desk.wanted = wanted;
+        ImGui::PopID();
     }
     const std::vector<std::uint32_t> selected = desk.session.settings().parameters;
     const float row = ImGui::GetFrameHeight() + 2;
     ImGui::BeginChild("parameters", {0, row * float(std::clamp<std::size_t>(items.size(), 2, most)) + 8}, true);
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
     for (std::uint32_t i = 0; i < items.size(); ++i) {
-        if (items[i].name.find(wanted) == std::string::npos)
+        if (items[i].name.find(desk.wanted) == std::string::npos)
             continue;
         bool on = std::find(selected.begin(), selected.end(), i) != selected.end();
         // The name goes before the size, where there is no room for both.

@@ -13,6 +13,13 @@ std::string joined(const std::vector<std::string>& words) {
     return list;
 }
 
+// As it is where the working folder is gone.
+std::filesystem::path absolute(const std::filesystem::path& file) {
+    std::error_code gone;
+    const std::filesystem::path whole = std::filesystem::absolute(file, gone);
+    return gone ? file : whole;
+}
+
 } // namespace
 
 void Desk::update() {
@@ -24,6 +31,10 @@ void Desk::update() {
     if (state->error.number != seenError) {
         seenError = state->error.number;
         fileError.clear(); // the newer one counts
+    }
+    if (state->scene && state->scene->number != wantedOf) {
+        wantedOf = state->scene->number;
+        wanted.clear();
     }
     if (state->pick && state->pick->number != seenPick) {
         seenPick = state->pick->number;
@@ -63,7 +74,9 @@ void Desk::refreshPick() {
         return; // its answer is under way
     refreshedPick = pick.number;
     refreshedPasses = state->guidePasses;
-    session.pick(pick.x, pick.y);
+    // The pixel that the middle of this one is in: the size may have changed.
+    const glm::ivec2 size = imageSize();
+    session.pick((2 * pick.x + 1) * size.x / (2 * pick.width), (2 * pick.y + 1) * size.y / (2 * pick.height));
 }
 
 glm::vec3 Desk::pivotOf(const Camera& camera) const {
@@ -106,14 +119,14 @@ void Desk::applyLayers() {
 std::string Desk::sceneName() const {
     if (!state->scene)
         return "no scene";
-    const std::filesystem::path file = std::filesystem::absolute(state->scene->file);
+    const std::filesystem::path file = absolute(state->scene->file);
     return (file.parent_path().filename() / file.filename()).string();
 }
 
 std::filesystem::path Desk::fileFor(const std::string& name, const char* extension) const {
     std::string stem = name;
     std::replace(stem.begin(), stem.end(), ' ', '-');
-    const std::filesystem::path file = std::filesystem::absolute(state->scene ? state->scene->file : "scene");
+    const std::filesystem::path file = absolute(state->scene ? state->scene->file : "scene");
     const std::string scene = file.stem() == "scene" ? file.parent_path().filename().string() : file.stem().string();
     return std::filesystem::path(folder.empty() ? "." : folder) / (scene + "-" + stem + extension);
 }

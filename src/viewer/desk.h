@@ -40,6 +40,8 @@ struct Desk {
     std::uint32_t seenPick = 0, closedError = 0;
     std::uint32_t refreshedPick = 0, refreshedPasses = 0; // the pick that was asked for again, and what the guide had learned from then
     float fill = 0.5f; // what a recovery starts from
+    std::string wanted;         // part of the names of the parameters that are listed
+    std::uint32_t wantedOf = 0; // number of the scene whose parameters these are
     std::optional<glm::vec3> direction, directionFound; // under the cursor in a map of the guide: last frame, this frame
     std::string folder = ".";
     std::string saved, fileError; // the last message of something done, and what went wrong in the window's own doing

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <thread>
+#include <unistd.h>
 
 namespace cmpg::viewer {
 namespace {
@@ -37,6 +38,73 @@ TEST(Desk, LooksAgainWhereTheGuideLearnedBeforeThePickWasSeen) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     EXPECT_EQ(session.state()->pick->number, 2u); // it is asked for once
+}
+
+TEST(Desk, LooksAgainAtTheSamePointInAnotherSize) {
+    Options options;
+    options.input = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf";
+    options.width = options.height = 24;
+    options.spp = 4;
+    LiveSession session(options);
+    Desk desk(session);
+    ASSERT_TRUE(waitFor([&] { return session.state()->imageSamples > 0; }));
+    desk.inspector = true;
+    session.pick(20, 5);
+    ASSERT_TRUE(waitFor([&] { return session.state()->pick != nullptr; }));
+    const auto before = session.state()->pick;
+    ASSERT_TRUE(before->hit);
+    session.change([](LiveSettings& s) { s.width = s.height = 72; });
+    session.train();
+    ASSERT_TRUE(waitFor([&] { return session.state()->guidePasses == 1; }));
+    desk.update();
+    ASSERT_TRUE(waitFor([&] { return session.state()->pick->number == 2; }));
+    const auto after = session.state()->pick;
+    EXPECT_EQ(after->x, 61); // the middle of the nine
+    EXPECT_EQ(after->y, 16);
+    EXPECT_EQ(after->width, 72);
+    EXPECT_LT(glm::length(after->position - before->position), 1e-4f);
+}
+
+TEST(Desk, AnotherSceneListsAllItsParameters) {
+    const std::filesystem::path scenes(CMPG_SOURCE_DIR "/scenes");
+    Options options;
+    options.input = (scenes / "materials/scene.gltf").string();
+    options.width = options.height = 24;
+    options.spp = 1;
+    LiveSession session(options);
+    Desk desk(session);
+    const auto opened = [&](std::uint32_t number) {
+        return waitFor([&] {
+            desk.update();
+            return desk.state->scene && desk.state->scene->number == number;
+        });
+    };
+    ASSERT_TRUE(opened(1));
+    desk.wanted = "roughness";
+    desk.update();
+    EXPECT_EQ(desk.wanted, "roughness");
+    desk.open({scenes / "bowl/scene.gltf"});
+    ASSERT_TRUE(opened(2));
+    EXPECT_EQ(desk.wanted, "");
+}
+
+TEST(Desk, StandsALostWorkingFolder) {
+    LiveSession session{Options{}};
+    Desk desk(session);
+    LiveState state;
+    auto scene = std::make_shared<LiveScene>();
+    scene->file = "room/scene.gltf";
+    state.scene = scene;
+    desk.state = std::make_shared<const LiveState>(state);
+    desk.folder = "/pictures";
+    const std::filesystem::path before = std::filesystem::current_path();
+    const std::filesystem::path gone = std::filesystem::temp_directory_path() / ("cmpg-gone-" + std::to_string(getpid()));
+    std::filesystem::create_directory(gone);
+    std::filesystem::current_path(gone);
+    std::filesystem::remove(gone);
+    EXPECT_NO_THROW(EXPECT_EQ(desk.sceneName(), "room/scene.gltf"));
+    EXPECT_NO_THROW(EXPECT_EQ(desk.fileFor("image", ".png"), "/pictures/room-image.png"));
+    std::filesystem::current_path(before);
 }
 
 TEST(Desk, TheLastErrorCountsUntilSomethingOpens) {
