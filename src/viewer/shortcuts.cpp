@@ -118,8 +118,11 @@ bool fly(Desk& desk) {
 
 bool handleKeys(Desk& desk, std::span<const KeyPress> pressed) {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput)
+    if (io.WantTextInput) { // keys are of the text, but for the one that has none
+        if (std::any_of(pressed.begin(), pressed.end(), [](const KeyPress& press) { return press.control && press.key == GLFW_KEY_Q; }))
+            desk.quit = true;
         return false;
+    }
     for (const KeyPress& press : pressed)
         for (const Shortcut& shortcut : kShortcuts)
             if (shortcut.key == press.key && shortcut.modifier == (press.control ? (press.shift ? kCtrlShift : kCtrl) : kNone))
