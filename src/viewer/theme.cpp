@@ -9,8 +9,8 @@ namespace {
 
 constexpr float kFontPixels = 15; // at scale 1
 
-// Latin, the minus sign, arrows and what else the labels use.
-constexpr ImWchar kGlyphs[] = {0x0020, 0x00ff, 0x2010, 0x2026, 0x2190, 0x2193, 0x2202, 0x2202, 0x2212, 0x2212, 0};
+// Latin, Greek and Cyrillic, of which names in files are made; the minus sign, arrows and what else the labels use.
+constexpr ImWchar kGlyphs[] = {0x0020, 0x024f, 0x0370, 0x04ff, 0x2010, 0x2026, 0x2190, 0x2193, 0x2202, 0x2202, 0x2212, 0x2212, 0};
 
 // DejaVu is where scripts/install puts it; without it the built-in font is legible too.
 void loadFont(float pixels) {
