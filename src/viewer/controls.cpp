@@ -165,7 +165,7 @@ void drawParameters(Desk& desk, std::size_t most) {
 void drawSampling(Desk& desk) {
     const LiveState& state = *desk.state;
     const Sampling wanted = desk.session.settings().sampling;
-    if (beginField("sampling") && ImGui::BeginCombo("##sampling", nameOf(wanted, kSamplings))) {
+    if (beginField("sampling", nameOf(wanted, kSamplings)) && ImGui::BeginCombo("##sampling", nameOf(wanted, kSamplings))) {
         for (const auto& choice : kSamplings)
             if (ImGui::Selectable(choice.name, choice.value == wanted))
                 desk.session.change([v = choice.value](LiveSettings& s) { s.sampling = v; });
@@ -217,14 +217,14 @@ void drawCamera(Desk& desk) {
     if (!desk.state->scene)
         return;
     const LiveSettings wished = desk.session.settings();
-    if (beginField("camera") && ImGui::BeginCombo("##camera", wished.camera.name.c_str())) {
+    if (beginField("camera", wished.camera.name) && ImGui::BeginCombo("##camera", wished.camera.name.c_str())) {
         for (const Camera& camera : desk.state->scene->cameras)
             if (ImGui::Selectable(camera.name.c_str(), camera.name == wished.camera.name))
                 desk.changeCamera([&](Camera& c) { c = camera; });
         ImGui::EndCombo();
     }
     const std::string size = std::to_string(wished.width) + " x " + std::to_string(wished.height);
-    if (beginField("size") && ImGui::BeginCombo("##size", size.c_str())) {
+    if (beginField("size", size) && ImGui::BeginCombo("##size", size.c_str())) {
         for (const int width : {128, 192, 256, 384, 512, 768, 1024, 1536, 2048})
             if (ImGui::Selectable((std::to_string(width) + " wide").c_str(), width == wished.width))
                 desk.session.change([&](LiveSettings& s) {
@@ -241,7 +241,7 @@ void drawLook(Desk& desk) {
         ImGui::SliderFloat("##exposure", &look.exposure, -10, 10, "%+.1f stops");
     const char* const rules[] = {"automatic", "shared", "fixed"};
     int rule = int(look.rule);
-    if (beginField("signed scale") && ImGui::Combo("##rule", &rule, rules, 3))
+    if (beginField("signed scale", rules[rule]) && ImGui::Combo("##rule", &rule, rules, 3))
         look.rule = ScaleRule(rule);
     tip("The value of the deepest blue and orange: of each picture by itself (99.5 % of its pixels lie within),\nthe largest of these for all, "
         "or one that you set");

@@ -62,10 +62,13 @@ void figure(const char* label, const std::string& value) {
     ImGui::TextUnformatted(value.c_str());
 }
 
-bool beginField(const char* label) {
+bool beginField(const char* label, const std::string& chosen) {
+    const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
+    const float needed = chosen.empty() ? 0 : widthOf(chosen) + 2 * ImGui::GetStyle().FramePadding.x + ImGui::GetFrameHeight();
     ImGui::AlignTextToFramePadding();
     ImGui::TextColored(kDim, "%s", label);
-    ImGui::SameLine(columnOffset());
+    if (columnOffset() + needed <= right)
+        ImGui::SameLine(columnOffset());
     ImGui::SetNextItemWidth(-1);
     return true;
 }

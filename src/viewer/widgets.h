@@ -13,8 +13,9 @@ std::string shortened(const std::string& text, float width);
 std::string shortenedAtFront(const std::string& text, float width);
 // A dim label with a value at a common place right of it, or below where it does not fit there.
 void figure(const char* label, const std::string& value);
-// The label of a field, which follows at the same place and fills the line. Returns true, so that it can stand in a condition.
-bool beginField(const char* label);
+// The label of a field, which follows at the same place and fills the line; below where `chosen`, which a list shows beside its arrow, does not fit there.
+// Returns true, so that it can stand in a condition.
+bool beginField(const char* label, const std::string& chosen = {});
 // Of buttons that fill a line: what their labels need, and of what is left as much for each.
 std::vector<float> widthsOfButtons(std::span<const char* const> labels);
 // A button that gives its margins up, and then the end of its label, where there is little room. True when clicked.

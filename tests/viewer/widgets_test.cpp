@@ -70,5 +70,18 @@ TEST_F(Widgets, AFigureWithoutRoomStandsBelowItsLabel) {
     EXPECT_FLOAT_EQ(ImGui::GetCursorPosY(), top + 2 * line);
 }
 
+TEST_F(Widgets, AListWithoutRoomStandsBelowItsLabel) {
+    const auto below = [](const std::string& chosen) {
+        const float top = ImGui::GetCursorPosY();
+        beginField("sampling", chosen);
+        const bool moved = ImGui::GetCursorPosY() > top;
+        ImGui::Dummy({1, 1});
+        return moved;
+    };
+    EXPECT_FALSE(below(""));
+    EXPECT_FALSE(below("auto"));
+    EXPECT_TRUE(below("a list of far longer choices"));
+}
+
 } // namespace
 } // namespace cmpg::viewer
