@@ -97,9 +97,9 @@ const char* kindName(v1::PassKind kind) { return kind == v1::PassKind::Render ? 
 
 void listKernels(std::ostream& out, Report& report, const v1::Footprint& scene, const v1::Footprint& all) {
     auto& list = report.extra["kernel_sizes"] = nlohmann::ordered_json::array();
-    std::map<std::pair<v1::PassKind, std::string>, std::uint64_t> needed; // bytes
+    std::map<std::pair<v1::PassKind, std::string>, std::uint64_t> needed; // bytes, of the kernels for all classes of surfaces
     for (const v1::Footprint::Kernel& k : scene.kernels)
-        needed[{k.kind, k.name}] = k.bytes;
+        needed[{k.kind, k.name}] += k.bytes;
     out << "kernels (KiB of SPIR-V):                  scene       all    module\n";
     std::uint64_t sums[3]{};
     for (const v1::Footprint::Kernel& k : all.kernels) {
