@@ -157,17 +157,23 @@ TEST(Bias, FindsAndMeasuresWhatIsThere) {
     EXPECT_NEAR(anywhere.squared, expected, 0.3 * expected);
 }
 
-// A deviation across a reference that is worse than the deviation is not held against the method.
+// A deviation across a reference whose error is larger than the deviation is not held against the method.
 TEST(Bias, IsNotCalledBelowTheReferencesError) {
     std::mt19937_64 random(6);
-    Reference reference = exactReference();
-    const EstimateStatistics noisy = Toy{.noise = 0.4}.run(20, random);
-    reference.values = noisy.mean(); // a file: its batches are not known
-    reference.variance = noisy.meanVariance();
-    const Bias bias = biasOf(Toy{.noise = 0.05}.run(400, random), reference);
-    EXPECT_GT(bias.z(), 5);
-    EXPECT_NE(bias.verdict, Bias::Verdict::None);
-    EXPECT_LT(bias.squared, 2 * reference.relativeError());
+    const Reference reference = referenceOf(Toy{.noise = 0.4}.run(20, random));
+    const auto biasAcross = [&](double share) { // of the reference's squared error
+        Toy toy{.noise = 0.05};
+        const double entry = std::sqrt(share * reference.variance / kEntries);
+        for (std::size_t i = 0; i < kEntries; ++i)
+            toy.bias[i] = i % 2 == 0 ? entry : -entry;
+        return biasOf(toy.run(400, random), reference);
+    };
+    const Bias below = biasAcross(0.75);
+    EXPECT_GT(below.z(), 5); // 7.5 expected, known to 1
+    EXPECT_LT(below.squared, reference.relativeError());
+    EXPECT_EQ(below.verdict, Bias::Verdict::BelowReference);
+    EXPECT_EQ(biasAcross(1.5).verdict, Bias::Verdict::Biased);
+    EXPECT_EQ(biasAcross(0).verdict, Bias::Verdict::None);
 }
 
 TEST(Bias, StandsDegenerateInput) {
