@@ -29,6 +29,7 @@ struct CompareSubject {
     std::vector<v1::Direction> directions; // forward
     Image adjoint;                         // reverse: given, or made by beginComparison()
     bool steps = false;                    // reverse: passes make an image and its adjoint themselves, as steps of a recovery do
+    std::uint32_t part = 0;                // of a measurement: each has random numbers of its own
     std::vector<v1::Target> targets;       // one per --target; several of `optimize` alone
     Image picture;                         // of the scene as it is set, for the report
 
@@ -41,7 +42,7 @@ struct CompareSubject {
     Image adjointOf(const Image& image) const;
     // Of all random numbers but an optimisation's: none that another command has used with this --seed. An adjoint made by `gradient`
     // holds noise of its random numbers, and a pass with the same ones would see that noise as signal.
-    std::uint64_t seed() const { return options.seed ^ 0x636f6d7061726521ull; }
+    std::uint64_t seed() const { return (options.seed ^ 0x636f6d7061726521ull) + 0xd1342543de82ef95ull * part; }
 };
 
 // Opens the report in the folder of the options, then renders the picture, and the adjoint where a target's loss has to give it.

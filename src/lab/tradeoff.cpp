@@ -109,6 +109,7 @@ std::string tradeoff(const Options& options, Report& report, const ProgressText&
             together.push_back(makeSetting(base, {change}));
         for (Setting& setting : combinedSettings(base, best))
             together.push_back(std::move(setting));
+        subject.part = 1; // what was chosen for its luck with the first numbers would have the same luck again
         const double left = std::max(0.1 * allowed, allowed - report.elapsed());
         found.combined = measureSettings(subject, together, budgetOf(base, probed, together.size(), left, 0), found.reference.reference, report,
                                          progress)

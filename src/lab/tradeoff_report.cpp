@@ -260,7 +260,9 @@ std::string tradeoffDocument(const CompareSubject& subject, const std::string& d
     }
     body += "</section>\n";
     if (!report.combined.empty())
-        body += "<section>\n<h2>Together</h2>\n" + htmlTable(table(report, "combined")) + "</section>\n";
+        body += "<section>\n<h2>Together</h2>\n<p>The best changes, alone and together, with random numbers and trainings of their own: what was among "
+                "the best by chance is not so here again.</p>\n" +
+                htmlTable(table(report, "combined")) + "</section>\n";
     body += "<section>\n<h2>What each costs when left out</h2>\n<ul>\n";
     for (const std::string& line : costs(report))
         body += "<li>" + escapeHtml(line) + "</li>\n";

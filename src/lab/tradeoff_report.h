@@ -8,7 +8,7 @@ namespace cmpg {
 
 struct TradeoffReport {
     std::vector<SettingResult> singles;   // one knob at a time; the first: the defaults
-    std::vector<SettingResult> combined;  // the defaults again, the best changes alone and together; may be empty
+    std::vector<SettingResult> combined;  // the defaults again, the best changes alone and together, by other random numbers; may be empty
     MeasuredReference reference;
     std::vector<std::string> unused;      // knobs that would change nothing here
     double horizon = 60;                  // seconds after which settings are compared

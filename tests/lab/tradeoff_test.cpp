@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <map>
 #include <set>
 
 namespace cmpg {
@@ -141,20 +142,46 @@ TEST(Tradeoff, ReportsSayWhatIsMissed) {
     EXPECT_EQ(ParetoPlot{}.svg().find("nan"), std::string::npos);
 }
 
+TEST(Tradeoff, PartsHaveRandomNumbersOfTheirOwn) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "target.exr", Image(12, 12, 3, 0));
+    const Options base = test::parse({"tradeoff", CMPG_SOURCE_DIR "/scenes/box/scene.gltf", "--param", "white.baseColor", "--target", folder / "target.exr",
+                                      "--spp", "4", "--max-depth", "3", "--sampling", "bsdf", "--roulette", "off", "-o", folder / "out"});
+    Report report(base);
+    CompareSubject subject(base, report);
+    subject.steps = true;
+    const auto variance = [&](std::uint32_t part) {
+        subject.part = part;
+        const TradeoffBudget budget{.seconds = 0, .turns = 2, .passes = 4, .referenceSeconds = 0};
+        return measureSettings(subject, {makeSetting(base, {})}, budget, Reference{{1, 1, 1}, {}, 0}, report, {}).results.front().relativeVariance.value;
+    };
+    const double first = variance(0);
+    EXPECT_GT(first, 0);
+    EXPECT_EQ(variance(0), first);
+    EXPECT_NE(variance(1), first);
+}
+
 TEST(TradeoffProgram, MeasuresEveryKnob) {
     const test::TemporaryFolder folder;
     const std::string box = CMPG_SOURCE_DIR "/scenes/box/scene.gltf";
-    writeExr(folder / "target.exr", Image(12, 12, 3, 0.3f));
+    writeExr(folder / "target.exr", Image(12, 12, 3, 0)); // far from the image: the gradient is no noise, and several changes are worth combining
     const auto run = runProgram({"tradeoff", box, "--headless", "--json", "--param", "white.baseColor", "--target", folder / "target.exr", "--spp", "4",
-                                 "--max-depth", "3", "--train", "2", "--time", "1s", "--seeds", "2", "--sampling", "bsdf", "--roulette", "off", "-o",
+                                 "--max-depth", "3", "--train", "2", "--time", "0.1s", "--seeds", "2", "--sampling", "bsdf", "--roulette", "off", "-o",
                                  folder / "out"});
     ASSERT_EQ(run.code, 0) << run.err;
     const auto json = nlohmann::json::parse(run.out);
     for (const auto& [name, path] : json.at("outputs").items())
         EXPECT_TRUE(std::filesystem::exists(path.get<std::string>())) << name;
     std::set<std::string> settings;
+    std::map<std::string, nlohmann::json> singles;
     for (const auto& row : json.at("table")) {
         settings.insert(row.at("setting"));
+        if (row.at("part") == "single") {
+            singles[row.at("setting")] = row;
+        } else if (singles.contains(row.at("setting"))) {
+            const auto& before = singles[row.at("setting")]; // in so little time of as many passes, but by other random numbers
+            EXPECT_TRUE(row.at("passes") != before.at("passes") || row.at("relative_variance") != before.at("relative_variance")) << row;
+        }
         EXPECT_GE(row.at("passes"), 8);
         EXPECT_GT(row.at("seconds_per_pass"), 0);
     }
