@@ -119,6 +119,12 @@ std::vector<Setting> combinedSettings(const Options& base, const std::vector<Kno
     for (std::size_t i = 0; i < best.size(); ++i)
         for (std::size_t j = i + 1; j < best.size(); ++j)
             settings.push_back(makeSetting(base, {best[i], best[j]}));
+    if (best.size() > 3)
+        for (const KnobChange& left : best) {
+            std::vector<KnobChange> others = best;
+            std::erase_if(others, [&](const KnobChange& change) { return change.option == left.option; });
+            settings.push_back(makeSetting(base, std::move(others)));
+        }
     if (best.size() > 2)
         settings.push_back(makeSetting(base, best));
     return settings;

@@ -37,7 +37,8 @@ struct KnobUse {
 };
 std::vector<Setting> singleSettings(const Options& base, std::uint32_t depth, const KnobUse& use, std::vector<std::string>& unused);
 
-// All pairs of `best`, changes of different knobs, and all of them together where there are more than two.
+// All pairs of `best`, changes of different knobs; where there are more than two, all of them together, and all but each one, which tells what that one
+// is worth beside the others.
 std::vector<Setting> combinedSettings(const Options& base, const std::vector<KnobChange>& best);
 
 } // namespace cmpg

@@ -72,6 +72,7 @@ TEST(TradeoffKnobs, CombineInPairs) {
     EXPECT_EQ(settings[3].options.maxDepth, 4u);
     EXPECT_TRUE(settings[3].options.noLightSampling);
     EXPECT_EQ(combinedSettings(tradeoffOptions(), {best[0], best[1]}).size(), 1u);
+    EXPECT_EQ(combinedSettings(tradeoffOptions(), {best[0], best[1], best[2], {"sampler", "independent"}}).size(), 6u + 4 + 1);
 }
 
 SettingResult result(const std::vector<KnobChange>& changes, double seconds, double variance, double bias = 0) {
@@ -140,6 +141,20 @@ TEST(Tradeoff, ReportsSayWhatIsMissed) {
     EXPECT_GT(png.width, 400);
     EXPECT_TRUE(ParetoPlot{}.frontier.empty());
     EXPECT_EQ(ParetoPlot{}.svg().find("nan"), std::string::npos);
+}
+
+// Of as many changes as are combined.
+TEST(Tradeoff, ReportsSayWhatEachOfFourCosts) {
+    const std::vector<KnobChange> best = {{"max-depth", 4u}, {"guide-share", 0.75}, {"spp-gradient", 16u}, {"sampler", "independent"}};
+    TradeoffReport report;
+    report.singles = results();
+    report.combined = {result({}, 1, 1)};
+    for (const Setting& s : combinedSettings(tradeoffOptions(), best))
+        report.combined.push_back(result(s.changes, 1, std::pow(0.5, double(s.changes.size())))); // each halves the variance
+    report.reference.reference.values = {1};
+    const std::string text = tradeoffMarkdown(report);
+    for (const KnobChange& change : best)
+        EXPECT_NE(text.find("- " + change.text() + ": 2 times the time when left out of --max-depth 4 "), std::string::npos) << text;
 }
 
 TEST(Tradeoff, PartsHaveRandomNumbersOfTheirOwn) {
