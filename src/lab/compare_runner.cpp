@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace cmpg {
 namespace {
@@ -100,17 +101,21 @@ class Measurement {
     std::vector<std::uint64_t> due_;
 };
 
-// 1 / (variance x time): comparable without a reference.
-double merit(const GradientResult& r) { return 1 / (r.statistics.variance().value * r.secondsPerPass()); }
+// 1 / (variance x time): comparable without a reference. 0 for what never varies: it has found nothing, and the mean of it is no reference.
+double merit(const GradientResult& r) {
+    const double variance = r.statistics.variance().value;
+    return variance > 0 ? 1 / (variance * r.secondsPerPass()) : 0;
+}
 
 MeasuredReference makeReference(const std::vector<Contestant>& contestants, std::size_t entries, const CompareBudget& budget,
                                 const std::vector<GradientResult>& results, const std::function<void(const std::string&)>& progress) {
     std::size_t best = results.size();
-    double goal = results.front().statistics.meanVariance(), spent = 0;
+    double goal = std::numeric_limits<double>::infinity(), spent = 0;
     for (std::size_t i = 0; i < results.size(); ++i) {
-        if (contestants[i].makesReference && (best == results.size() || !(merit(results[best]) >= merit(results[i]))))
+        if (contestants[i].makesReference && (best == results.size() || merit(results[i]) > merit(results[best])))
             best = i;
-        goal = std::min(goal, results[i].statistics.meanVariance());
+        if (merit(results[i]) > 0)
+            goal = std::min(goal, results[i].statistics.meanVariance());
         spent += results[i].seconds;
     }
     const double most = budget.referenceSeconds.value_or(2 * spent);
@@ -139,9 +144,9 @@ MeasuredReference makeReference(const std::vector<Contestant>& contestants, std:
     return made;
 }
 
-// Relative errors of independent factors add in squares.
+// Relative errors of independent factors add in squares. Of 0 there is none.
 Uncertain inverse(Uncertain a, double factor) {
-    const double value = 1 / (a.value * factor);
+    const double value = a.value > 0 ? 1 / (a.value * factor) : std::numeric_limits<double>::quiet_NaN();
     return {value, value * a.error / a.value};
 }
 

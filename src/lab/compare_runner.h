@@ -60,7 +60,7 @@ struct GradientResult {
     double mse = 0;             // of the mean of all passes
     Uncertain relativeVariance; // of one pass: summed over the entries, over |reference|^2
     Bias bias;
-    Uncertain efficiency; // 1 / (relative variance x seconds of one pass)
+    Uncertain efficiency; // 1 / (relative variance x seconds of one pass); NaN where passes do not vary
     Uncertain ratio;      // of efficiencies, to the first
 
     double secondsPerPass() const { return seconds / double(statistics.passes()); }
@@ -79,7 +79,7 @@ struct GradientComparison {
 };
 
 // Whoever spent least so far goes next, so that a drift of the machine hits all alike. Without `given`, passes of the most efficient
-// contestant with numbers of their own make the reference, until its squared error is a tenth of the best contestant's or the time
+// contestant whose passes vary, with numbers of their own, make the reference, until its squared error is a tenth of the best contestant's or the time
 // is up. `progress`: called now and then with what is being done.
 GradientComparison compareGradients(const std::vector<Contestant>& contestants, std::size_t entries, const CompareBudget& budget,
                                     std::optional<Reference> given, const std::function<void(const std::string&)>& progress = {});

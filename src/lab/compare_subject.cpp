@@ -54,6 +54,9 @@ CompareSubject::CompareSubject(const Options& o, Report& report)
     if (modes.size() > 1 && o.reference != "auto")
         throw Error(ErrorKind::Usage, "--reference FILE goes with one mode at a time", "", "leave it away, or run the modes one by one");
 
+    const auto unsampled = std::find_if(methods.begin(), methods.end(), [](const CompareMethod& m) { return m.options.noLightSampling; });
+    if (unsampled != methods.end() && !o.noLightSampling) // else the session has said so
+        warnOfUnsampledLights(unsampled->options, session.host());
     const Scene asInFile = readScene(o);
     for (std::size_t p = 0; p < session.parameters.size(); ++p) {
         truth.push_back(valuesOf(asInFile.parameters[asInFile.parameter(session.parameters[p])]));

@@ -52,7 +52,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
            "How directions are drawn: from the materials alone; guided by light, by its derivatives, by both half and half, by both weighted "
            "by the path so far; or what training finds best"},
           o.sampling, kSamplings);
-        v({"no-nee", "", "", "No light sampling: emitters are only found by chance"}, o.noLightSampling);
+        v({"no-nee", "", "", "No light sampling: emitters are only found by chance, punctual lights never"}, o.noLightSampling);
         v({"pixel-sampling", "", "adjoint", "Reverse mode: the same samples everywhere, or more where the adjoint is large"}, o.pixelSampling, kPixelSamplings);
         v({"positivize", "", "", "Derivative passes in two halves, one for each sign of the derivative"}, o.positivize);
         v({"roulette", "", "adjoint",

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "library/states.h"
+#include "scene/features.h"
 #include "scene/image_size.h"
 #include "session/library_options.h"
 #include "session/parameter_values.h"
@@ -41,6 +42,7 @@ v1::Scene load(const Options& options, bool setValues) {
         logWarn(warning);
     for (const std::string& assignment : options.set)
         changed(applySet(state.scene, assignment));
+    warnOfUnsampledLights(options, state.scene);
     return scene;
 }
 
@@ -177,6 +179,13 @@ void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGra
     } else {
         logWarn("no path reached " + parameter + ": its gradient is zero. The camera does not see it, nor what it lights, within the depth and the samples of this pass");
     }
+}
+
+void warnOfUnsampledLights(const Options& options, const Scene& scene) {
+    const auto shining = std::count_if(scene.lights.begin(), scene.lights.end(), [](const PunctualLight& l) { return meanIntensity(l) > 0; });
+    if (options.noLightSampling && shining > 0)
+        logWarn("without light sampling (--no-nee) " + std::to_string(shining) + (shining == 1 ? " punctual light is" : " punctual lights are") +
+                " left out: no path meets what has no surface");
 }
 
 } // namespace cmpg

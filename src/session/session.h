@@ -50,6 +50,9 @@ class RunRecord {
 // Warns where the gradient of a parameter is nothing but zeros, and says why as far as its values in `scene` tell.
 void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGradient);
 
+// Warns where the options leave light sampling out of a scene with lights that nothing else finds. openScene() does it.
+void warnOfUnsampledLights(const Options& options, const Scene& scene);
+
 class Session {
   public:
     // Reads the scene; no device yet.

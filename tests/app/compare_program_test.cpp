@@ -127,6 +127,26 @@ TEST(CompareProgram, ComparesOptimisations) {
     expectSelfContained(html);
 }
 
+// Where all light comes from a point, a method without light sampling finds nothing.
+TEST(CompareProgram, IsNotMisledByWhatFindsNothing) {
+    const test::TemporaryFolder folder;
+    test::writeText(folder / "scene.xml",
+                    "<scene version=\"3.0.0\"><sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"0,0,4\" target=\"0,0,0\" "
+                    "up=\"0,1,0\"/></transform></sensor><emitter type=\"point\"><point name=\"position\" value=\"0,1,1\"/></emitter>"
+                    "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"wall\"/></shape></scene>");
+    const auto result = runProgram({"compare", folder / "scene.xml", "--headless", "--json", "--param", "wall.reflectance", "--mode", "forward", "--methods",
+                                    "plain+nonee,plain", "--width", "16", "--height", "16", "--spp", "4", "--seeds", "8", "-o", folder / "out"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("(--no-nee) 1 punctual light"), std::string::npos) << result.err;
+    const auto json = nlohmann::json::parse(result.out);
+    EXPECT_EQ(json.at("table").at(2).at("made_by"), "plain");
+    EXPECT_TRUE(json.at("table").at(0).at("biased"));
+    EXPECT_GT(json.at("table").at(1).at("efficiency"), 0);
+    EXPECT_EQ(readText(folder / "out/report.html").find("reaches the error"), std::string::npos);
+    const auto image = runProgram({"render", folder / "scene.xml", "--headless", "--no-nee", "--width", "8", "--spp", "1", "-o", folder / "dark.exr"});
+    EXPECT_NE(image.err.find("(--no-nee) 1 punctual light"), std::string::npos) << image.err;
+}
+
 // The first view's target is the picture of the start, from which there is nothing to learn: what is found comes from the second.
 TEST(CompareProgram, OptimisesFromSeveralViews) {
     const test::TemporaryFolder folder;

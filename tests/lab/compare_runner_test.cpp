@@ -139,6 +139,27 @@ TEST(CompareRunner, BiasIsSeen) {
     EXPECT_EQ(comparison.results[2].bias.verdict, Bias::Verdict::None);
 }
 
+// Nothing that varies, as where all light is left out, is the most efficient of all by its figures.
+TEST(CompareRunner, WhatFindsNothingIsNoReference) {
+    ToyContestant nothing{.noise = 0, .seconds = 0.1, .factor = 0}, noisy{.noise = 0.5};
+    CompareBudget budget;
+    budget.passes = 40;
+    const auto comparison = compareGradients({contestant("nothing", nothing, 1), contestant("noisy", noisy, 2)}, kEntries, budget, {});
+    EXPECT_EQ(comparison.reference.madeBy, "noisy");
+    EXPECT_LE(comparison.reference.seconds, 2 * (40 + 4) + 1);
+    const GradientResult &zero = comparison.results[0], &other = comparison.results[1];
+    EXPECT_EQ(zero.bias.verdict, Bias::Verdict::Biased);
+    EXPECT_NEAR(zero.bias.along, -1, zero.bias.interval);
+    EXPECT_TRUE(std::isnan(zero.efficiency.value));
+    EXPECT_EQ(other.bias.verdict, Bias::Verdict::None);
+    EXPECT_NEAR(other.relativeVariance.value, kEntries * 0.25 / truthNorm(), 4 * other.relativeVariance.error);
+    EXPECT_GT(other.efficiency.value, 0);
+    // A tenth of the error of what varies is the goal, and is reached.
+    budget.referenceSeconds = 10000;
+    EXPECT_LT(compareGradients({contestant("nothing", nothing, 1), contestant("noisy", noisy, 2)}, kEntries, budget, {}).reference.seconds, 800);
+    EXPECT_EQ(compareGradients({contestant("nothing", nothing, 1)}, kEntries, budget, {}).reference.madeBy, "nothing");
+}
+
 TEST(CompareRunner, GivenReferenceIsTaken) {
     ToyContestant a{.noise = 1};
     Reference reference;
