@@ -54,18 +54,6 @@ HtmlTable gradientTable(const CompareSubject& subject, const GradientComparison&
     return table;
 }
 
-std::string headline(const GradientComparison& comparison) {
-    const auto& results = comparison.results;
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < results.size(); ++i)
-        if (results[i].efficiency.value > results[best].efficiency.value)
-            best = i;
-    if (best == 0 || !std::isfinite(results[best].ratio.value))
-        return results.size() > 1 ? "No other method is more efficient than <b>" + escapeHtml(results.front().name) + "</b> here." : "";
-    return "<b>" + escapeHtml(results[best].name) + "</b> reaches the error of <b>" + escapeHtml(results.front().name) + "</b> in 1/" +
-           withError(results[best].ratio.value, results[best].ratio.error) + " of the time.";
-}
-
 std::string referenceNote(const MeasuredReference& made) {
     const std::string error = shortNumber(made.reference.relativeError());
     if (made.madeBy.empty())
@@ -164,6 +152,27 @@ std::string methodCell(std::size_t index, const CompareMethod& method, const std
            (chosen.empty() ? std::string() : "<span class=\"how\"><b>chosen: " + escapeHtml(chosen) + "</b></span>");
 }
 
+std::string headlineOf(const GradientComparison& comparison) {
+    const auto biased = [](const GradientResult& r) { return r.bias.verdict == Bias::Verdict::Biased; };
+    const GradientResult& first = comparison.results.front();
+    if (!std::isfinite(first.efficiency.value) || biased(first)) // its error is not known, or does not fall with the time
+        return "";
+    const GradientResult* best = nullptr;
+    bool left = false;
+    for (std::size_t i = 1; i < comparison.results.size(); ++i) {
+        const GradientResult& r = comparison.results[i];
+        left |= biased(r);
+        if (!biased(r) && std::isfinite(r.efficiency.value) && (!best || r.efficiency.value > best->efficiency.value))
+            best = &r;
+    }
+    if (!best)
+        return "";
+    if (!(best->efficiency.value > first.efficiency.value))
+        return std::string("No other ") + (left ? "unbiased " : "") + "method is more efficient than <b>" + escapeHtml(first.name) + "</b> here.";
+    return "<b>" + escapeHtml(best->name) + "</b> reaches the error of <b>" + escapeHtml(first.name) + "</b> in 1/" +
+           withError(best->ratio.value, best->ratio.error) + " of the time.";
+}
+
 void warnOfNoDerivative(const MeasuredReference& reference) {
     if (!(reference.reference.squaredNorm() > 0))
         logWarn("the derivative is zero, or the reference is mostly noise: figures relative to it are left out");
@@ -228,7 +237,7 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
                 (forward ? "How every pixel changes when the parameter does: one image per method, "
                          : "How a function of the image changes with every entry of the parameter: one number per entry, ") +
                 budget + ", passes of " + std::to_string(subject.options.effectiveSppGradient()) + " samples per pixel.</p>\n";
-    const std::string result = headline(comparison);
+    const std::string result = headlineOf(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
     part.html += subjectFigures(subject, mode) + "<h3>Error over time</h3>\n<div class=\"plot\">" + svgImage(part.svg) + "</div>\n" +

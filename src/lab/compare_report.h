@@ -31,6 +31,9 @@ ComparePart gradientPart(const CompareSubject& subject, CompareMode mode, const 
                          const std::vector<MethodFacts>& facts);
 ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison& comparison);
 
+// What the part found, in one sentence; HTML. Empty where nothing finite is known of methods that are not biased.
+std::string headlineOf(const GradientComparison& comparison);
+
 // Where figures relative to the reference say nothing.
 void warnOfNoDerivative(const MeasuredReference& reference);
 
