@@ -110,6 +110,7 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
     const std::uint32_t repetitions = subject.options.seeds.value_or(1);
     OptimizeComparison comparison;
     comparison.options = optionsOf(subject);
+    comparison.steps = std::min(comparison.options.steps, subject.options.stopAfter.value_or(comparison.options.steps));
     std::vector<std::vector<double>> parameterErrors(subject.methods.size()), imageErrors(subject.methods.size());
     for (const CompareMethod& method : subject.methods) {
         comparison.results.emplace_back();
@@ -127,7 +128,8 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
             if (comparison.initialError == 0)
                 logWarn("the parameters begin at the values that errors are taken from, so all that differs is noise: --set another start");
         }
-        advance(runs, subject, std::min(own.steps, subject.options.stopAfter.value_or(own.steps)), progress);
+        advance(runs, subject, comparison.steps, progress);
+        const double goal = runs.front()->curve().back().error;
         for (std::size_t i = 0; i < runs.size(); ++i) {
             OptimizeResult& result = comparison.results[i];
             Run& run = *runs[i];
@@ -138,6 +140,9 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
             result.trainSeconds += passes.learningSeconds / repetitions;
             parameterErrors[i].push_back(run.curve().back().error);
             imageErrors[i].push_back(run.imageError());
+            if (i > 0 && goal < comparison.initialError) // else everybody is as good before the first step
+                if (const std::optional<double> seconds = secondsToReach(run.curve(), goal))
+                    result.secondsToFirst.push_back(*seconds);
             if (repetition == 0) {
                 result.curve = run.curve();
                 result.values = run.values();
@@ -156,9 +161,6 @@ OptimizeComparison compareOptimisations(CompareSubject& subject, const std::func
             continue;
         result.ratio.error =
             result.ratio.value * std::hypot(first.error / first.value, result.parameterError.error / result.parameterError.value);
-        const double goal = comparison.results.front().curve.back().error;
-        if (goal < comparison.initialError) // else everybody is as good before the first step
-            result.secondsToFirst = secondsToReach(result.curve, goal);
     }
     return comparison;
 }

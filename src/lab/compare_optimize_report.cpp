@@ -4,11 +4,33 @@
 #include "lab/compare_report.h"
 #include "lab/error_plot.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 namespace cmpg {
 namespace {
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
+std::string asGoodAfter(const OptimizeResult& r) {
+    if (r.secondsToFirst.empty())
+        return "&ndash;";
+    const std::string runs = std::to_string(r.secondsToFirst.size()) + " of " + std::to_string(r.repetitions) + " runs";
+    return shortNumber(median(r.secondsToFirst)) + " s" + (r.repetitions > 1 ? "<span class=\"how\">" + runs + "</span>" : "");
+}
+
+// What a step takes.
+std::string samplesOf(const v1::RecoveryOptions& options) {
+    const std::string image = std::to_string(options.spp) + " samples per pixel", derivative = std::to_string(options.sppGradient);
+    if (options.sppDifference == 0)
+        return "a step renders " + image + " and differentiates " + derivative;
+    return "the first step renders " + image + ", further ones bring that image up to date with at most " + std::to_string(options.sppDifference) +
+           ", and each differentiates " + derivative;
+}
 
 HtmlTable tableOf(const OptimizeComparison& comparison) {
     HtmlTable table;
@@ -18,7 +40,7 @@ HtmlTable tableOf(const OptimizeComparison& comparison) {
                      {"of it learning", "Seconds of rebuilding the guide"},
                      {"parameter MSE", "Mean squared error of the parameters at the end"},
                      {"ratio", "Error of the first method over this one's"},
-                     {"as good as the first after", "Seconds to reach the first method's final error"},
+                     {"as good as the first after", "Seconds to reach the first method's final error; of several runs the median of those that do, each beside the first method's run with the same seed"},
                      {"image MSE", "Of the recovered scene's image against the target, both with their own noise"}};
     for (std::size_t i = 0; i < comparison.results.size(); ++i) {
         const OptimizeResult& r = comparison.results[i];
@@ -26,28 +48,10 @@ HtmlTable tableOf(const OptimizeComparison& comparison) {
                               shortNumber(r.steps), shortNumber(r.seconds), r.trainSeconds > 0 ? shortNumber(r.trainSeconds) : "&ndash;",
                               withError(r.parameterError.value, r.parameterError.error),
                               withError(r.ratio.value, r.ratio.error) + "&nbsp;&times;",
-                              r.secondsToFirst ? shortNumber(*r.secondsToFirst) + " s" : "&ndash;",
+                              asGoodAfter(r),
                               withError(r.imageError.value, r.imageError.error)});
     }
     return table;
-}
-
-std::string headline(const OptimizeComparison& comparison) {
-    const auto& results = comparison.results;
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < results.size(); ++i)
-        if (results[i].parameterError.value < results[best].parameterError.value)
-            best = i;
-    if (best == 0)
-        return results.size() > 1 ? "No other method recovers the parameters better than <b>" + escapeHtml(results.front().method.name) + "</b> here."
-                                  : "";
-    std::string text = "<b>" + escapeHtml(results[best].method.name) + "</b> ends with 1/" +
-                       withError(results[best].ratio.value, results[best].ratio.error) + " of the error of <b>" +
-                       escapeHtml(results.front().method.name) + "</b>";
-    if (results[best].secondsToFirst)
-        text += ", and is as good as that after " + shortNumber(*results[best].secondsToFirst) + " of its " +
-                shortNumber(results[best].seconds) + " seconds";
-    return text + ".";
 }
 
 std::string recoveredFigures(const CompareSubject& subject, const OptimizeComparison& comparison) {
@@ -71,6 +75,27 @@ std::string recoveredFigures(const CompareSubject& subject, const OptimizeCompar
 }
 
 } // namespace
+
+std::string headlineOf(const OptimizeComparison& comparison) {
+    const auto& results = comparison.results;
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < results.size(); ++i)
+        if (results[i].parameterError.value < results[best].parameterError.value)
+            best = i;
+    if (best == 0)
+        return results.size() > 1 ? "No other method recovers the parameters better than <b>" + escapeHtml(results.front().method.name) + "</b> here."
+                                  : "";
+    const OptimizeResult& r = results[best];
+    std::string text = "<b>" + escapeHtml(r.method.name) + "</b> ends with 1/" + withError(r.ratio.value, r.ratio.error) + " of the error of <b>" +
+                       escapeHtml(results.front().method.name) + "</b>";
+    if (r.secondsToFirst.empty())
+        return text + ".";
+    if (r.secondsToFirst.size() < r.repetitions)
+        text += ", and in " + std::to_string(r.secondsToFirst.size()) + " of " + std::to_string(r.repetitions) + " runs is as good as that after ";
+    else
+        text += ", and is as good as that after ";
+    return text + shortNumber(median(r.secondsToFirst)) + " of its " + shortNumber(r.seconds) + " seconds.";
+}
 
 ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison& comparison) {
     ComparePart part;
@@ -110,13 +135,12 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison
     part.svg = plot.svg();
 
     const std::string budget = subject.options.time ? shortNumber(double(*subject.options.time)) + " seconds for each method, everything counted"
-                                                    : std::to_string(comparison.options.steps) + " steps for each method";
+                                                    : std::to_string(comparison.steps) + " steps for each method";
     const std::uint32_t repetitions = comparison.results.front().repetitions;
     part.html = "<section>\n<h2>Recovery of <code>" + escapeHtml(subject.parameterNames()) +
-                "</code> from a picture</h2>\n<p class=\"lead\">Gradient descent from a wrong start until the scene&rsquo;s image matches the target: " +
-                budget + "; a step renders " + std::to_string(comparison.options.spp) + " samples per pixel and differentiates " +
-                std::to_string(comparison.options.sppGradient) + ". The error before the first step is " + shortNumber(comparison.initialError) + ".</p>\n";
-    const std::string result = headline(comparison);
+                "</code> from a picture</h2>\n<p class=\"lead\">From a wrong start, step by step, towards values with which the scene&rsquo;s image matches the target: " +
+                budget + "; " + samplesOf(comparison.options) + ". The error before the first step is " + shortNumber(comparison.initialError) + ".</p>\n";
+    const std::string result = headlineOf(comparison);
     if (!result.empty())
         part.html += "<p class=\"result\">" + result + "</p>\n";
     std::vector<CaptionedImage> pictures;

@@ -33,6 +33,7 @@ ComparePart optimizePart(const CompareSubject& subject, const OptimizeComparison
 
 // What the part found, in one sentence; HTML. Empty where nothing finite is known of methods that are not biased.
 std::string headlineOf(const GradientComparison& comparison);
+std::string headlineOf(const OptimizeComparison& comparison);
 
 // Where figures relative to the reference say nothing.
 void warnOfNoDerivative(const MeasuredReference& reference);

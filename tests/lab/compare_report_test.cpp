@@ -48,5 +48,25 @@ TEST(CompareReport, AnnouncesNothingBiased) {
     EXPECT_EQ(headline({1, 3}, 0), ""); // how soon the error of the first is reached says nothing
 }
 
+TEST(CompareReport, TellsOfAllRepetitionsOfARecovery) {
+    OptimizeComparison comparison;
+    for (const char name : {'a', 'b'})
+        comparison.results.emplace_back().method.name = std::string(1, name);
+    OptimizeResult &first = comparison.results[0], &other = comparison.results[1];
+    first.parameterError = {0.4, 0.01};
+    other.parameterError = {0.1, 0.01};
+    other.ratio = {4, 0};
+    other.seconds = 20;
+    EXPECT_EQ(headlineOf(comparison), "<b>b</b> ends with 1/4 of the error of <b>a</b>.");
+    other.repetitions = 1;
+    other.secondsToFirst = {7};
+    EXPECT_EQ(headlineOf(comparison), "<b>b</b> ends with 1/4 of the error of <b>a</b>, and is as good as that after 7 of its 20 seconds.");
+    other.repetitions = 4;
+    other.secondsToFirst = {3, 15, 5};
+    EXPECT_EQ(headlineOf(comparison), "<b>b</b> ends with 1/4 of the error of <b>a</b>, and in 3 of 4 runs is as good as that after 5 of its 20 seconds.");
+    other.secondsToFirst = {3, 15, 5, 4};
+    EXPECT_EQ(headlineOf(comparison), "<b>b</b> ends with 1/4 of the error of <b>a</b>, and is as good as that after 4.5 of its 20 seconds.");
+}
+
 } // namespace
 } // namespace cmpg
