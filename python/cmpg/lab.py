@@ -156,7 +156,7 @@ def compare(scene: Scene | Path, param: Names, *, methods: str | Sequence[str] =
         target: an image (height, width, 3) or a file; several by the camera's name, for "optimize".
         adjoint: (height, width, 3) or a file, for "reverse".
         direction: of "forward": "one", "self", or an image of the parameter's shape.
-        spp_gradient: samples per pixel of a pass; None: 64, of "optimize" 4.
+        spp_gradient: samples per pixel of a pass; None: as spp (16), of "optimize" 4.
         seeds: passes of each method, or the fewest under `time`; None: 16 and 4.
         time: seconds of passes of each method; None: equal samples.
         reference: "auto", or what is right: a file, or a folder of several.

@@ -16,10 +16,10 @@ constexpr std::uint32_t kImageSpp = 64;
 
 // Without how a method draws paths.
 v1::RecoveryOptions optionsOf(const CompareSubject& subject) {
-    constexpr std::uint32_t kGradientSpp = 4; // as the optimize command's
-    v1::RecoveryOptions options = recoveryOptions(subject.options, 0);
+    Options own = subject.options;
+    own.mode = compareModeName(CompareMode::Optimize); // whatever else is compared: defaults of samples are those of steps
+    v1::RecoveryOptions options = recoveryOptions(own, 0);
     options.parameters = subject.session.parameters;
-    options.sppGradient = subject.options.sppGradient.value_or(kGradientSpp);
     return options;
 }
 

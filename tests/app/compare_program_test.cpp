@@ -127,6 +127,26 @@ TEST(CompareProgram, ComparesOptimisations) {
     expectSelfContained(html);
 }
 
+// Two names of one method do the same in each repetition: at the latest with the last step one is as good as the other.
+TEST(CompareProgram, TellsOfTheStepsAndRepetitionsThatWere) {
+    const test::TemporaryFolder folder;
+    const auto target = runProgram({"render", kBox, "-o", folder / "target.exr", "--width", "16", "--height", "16", "--spp", "64", "--seed", "3",
+                                    "--max-depth", "3"});
+    ASSERT_EQ(target.code, 0) << target.err;
+    const auto result = runProgram({"compare", kBox, "--headless", "--param", "white.baseColor", "--mode", "forward,optimize", "--target",
+                                    folder / "target.exr", "--set", "white.baseColor=0.5", "--methods", "plain,bsdf", "--quality", "preview",
+                                    "--max-depth", "3", "--spp-difference", "6", "--steps", "9", "--stop-after", "3", "--seeds", "4", "-o",
+                                    folder / "out"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    const std::string html = readText(folder / "out/report.html");
+    expectWellFormed(html);
+    for (const char* part : {": 3 steps for each method; the first step renders 4 samples per pixel, further ones bring that image up to date with at "
+                             "most 6, and each differentiates 1.",
+                             "<span class=\"how\">4 of 4 runs</span>"})
+        EXPECT_NE(html.find(part), std::string::npos) << part;
+    EXPECT_EQ(html.find("Gradient descent"), std::string::npos);
+}
+
 // Where all light comes from a point, a method without light sampling finds nothing.
 TEST(CompareProgram, IsNotMisledByWhatFindsNothing) {
     const test::TemporaryFolder folder;
