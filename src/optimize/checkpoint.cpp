@@ -39,6 +39,10 @@ void put(ByteWriter& out, const OptimizeState& state) {
         out.put(std::uint8_t(m.seen != nullptr));
         if (m.seen)
             m.seen->save(out);
+        out.put(std::uint8_t(m.expected != nullptr));
+        if (m.expected)
+            for (const std::vector<float>* differences : {&m.expected->right, &m.expected->below})
+                out.put(*differences);
         out.put(m.products);
         out.put(m.steps);
         out.count(m.noise.size());
@@ -122,7 +126,7 @@ RunningImage getRunningImage(ByteReader& in) {
 OptimizeState getState(ByteReader& in) {
     OptimizeState state;
     state.step = in.get<std::uint32_t>();
-    state.moments.resize(in.count(4 + 4 + 3 * 8 + 1 + 4 + 4 + 8));
+    state.moments.resize(in.count(4 + 4 + 3 * 8 + 2 + 4 + 4 + 8));
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
@@ -133,6 +137,15 @@ OptimizeState getState(ByteReader& in) {
             auto seen = std::make_shared<SeenTexels>();
             seen->restore(in, m.second.size());
             m.seen = std::move(seen);
+        }
+        if (in.get<std::uint8_t>() != 0) {
+            auto expected = std::make_shared<ExpectedDifferences>();
+            for (std::vector<float>* differences : {&expected->right, &expected->below}) {
+                *differences = in.reals<float>();
+                if (differences->size() != m.second.size())
+                    throw Malformed{"expected differences of neighbours do not fit"};
+            }
+            m.expected = std::move(expected);
         }
         m.products = in.get<std::uint32_t>();
         m.steps = in.get<std::uint32_t>();

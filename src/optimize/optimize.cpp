@@ -9,8 +9,10 @@
 #include "optimize/noise_weights.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/residual.h"
+#include "optimize/texture_guess.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -201,18 +203,25 @@ void Optimization::setImageValues(std::size_t view) {
         model_.setSecondValues(parameters_[i], second_->values[i]);
 }
 
-// Mean square of how far the values are from those of the view's image, in their units.
+// Mean square of how far the values are from those of the view's image, in their units; where the curvature is known weighed by it: what images do not answer
+// to, such as texels that no camera sees, changes none.
 double Optimization::changeSquared(std::size_t view) const {
-    double sum = 0, count = 0;
+    double all = 0, count = 0;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[view]->values[i];
+        const std::vector<float>& curvature = state_.moments[i].second;
+        const bool weighs = method(i) == OptimizerKind::GaussNewton && curvature.size() == now.size();
+        double sum = 0, weights = 0;
         for (std::size_t k = 0; k < now.size(); ++k) {
-            const double d = (double(now[k]) - before[k]) / state_.moments[i].unit;
-            sum += d * d;
+            const double d = (double(now[k]) - before[k]) / state_.moments[i].unit, weight = weighs ? curvature[k] : 1;
+            sum += weight * d * d;
+            weights += weight;
         }
+        if (weights > 0)
+            all += sum / weights * double(now.size());
         count += double(now.size());
     }
-    return count > 0 ? sum / count : 0;
+    return count > 0 ? all / count : 0;
 }
 
 std::vector<std::uint32_t> Optimization::countsOf(std::size_t view, std::uint32_t spp) const {
@@ -298,6 +307,34 @@ double Optimization::rateFactor() const {
     return rateFactor_ * scheduleFactor(optimizer.schedule, state_.step, config_.steps, optimizer.finalFactor);
 }
 
+// What cameras see of a texture tells ever better what the rest is like: after 8 steps, 16 and so on.
+void Optimization::guessUnseen(std::size_t i) {
+    constexpr std::uint32_t kFirst = 8;
+    constexpr double kTold = 0.1;                             // of the mean of what pixels see of a texel
+    constexpr std::size_t kMostExpected = std::size_t(1) << 20; // expected differences take 24 bytes each
+    const Parameter& parameter = scene_.parameters[parameters_[i]];
+    Moments& moments = state_.moments[i];
+    const std::size_t channels = parameter.channels, texels = parameter.entries() / channels;
+    if (!moments.seen || texels > kMostExpected || moments.steps < kFirst || !std::has_single_bit(moments.steps))
+        return;
+    const std::span<const float> rows = moments.seen->rows();
+    const double mean = std::accumulate(rows.begin(), rows.end(), 0.0) / double(texels);
+    std::vector<bool> told(texels), seen(texels); // the images tell little of what only few rays meet
+    for (std::size_t t = 0; t < texels; ++t) {
+        const double sum = std::accumulate(rows.begin() + std::ptrdiff_t(t * channels), rows.begin() + std::ptrdiff_t((t + 1) * channels), 0.0);
+        told[t] = sum > kTold * mean;
+        seen[t] = sum > 0;
+    }
+    moments.expected = nullptr;
+    const TextureGrid grid = gridOf(parameter);
+    std::optional<std::vector<float>> guess = guessTexture(grid, parameter.values, told);
+    if (!guess)
+        return;
+    for (float& value : *guess)
+        value = std::clamp(value, parameter.lowest(), parameter.highest());
+    moments.expected = std::make_shared<const ExpectedDifferences>(expectedDifferences(grid, *guess, seen));
+}
+
 void Optimization::sumUp(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     report.rate = slotRate(config_.optimizer, scene_.parameters[parameters_[0]].kind) * rateFactor() * state_.moments[0].unit;
@@ -305,15 +342,19 @@ void Optimization::sumUp(StepReport& report) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         const Parameter& parameter = scene_.parameters[parameters_[i]];
         TotalVariationBound& known = known_.emplace_back(parameter);
-        const auto know = [&](double weight, double epsilon) {
-            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], epsilon);
+        const auto know = [&](double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], cost, expected);
             if (method(i) == OptimizerKind::GaussNewton && parameter.entries() > parameter.channels)
-                known.add(parameter, weight, epsilon);
+                known.add(parameter, weight, cost, expected);
         };
         if (config_.totalVariation != 0)
-            know(config_.totalVariation, kTotalVariationEpsilon);
-        if (const double unit = priorUnit(parameter); config_.prior > 0 && information_[i] > 0 && unit > 0)
-            know(config_.prior / information_[i] * double(parameter.entries()) / unit, kPriorEpsilon * unit);
+            know(config_.totalVariation, kTotalVariation, {});
+        if (const double unit = priorUnit(parameter); config_.prior > 0 && information_[i] > 0 && unit > 0) {
+            guessUnseen(i);
+            const ExpectedDifferences* expected = state_.moments[i].expected.get();
+            know(config_.prior / information_[i] * double(parameter.entries()) / unit, {kPriorCost.epsilon * unit, kPriorCost.unit * unit},
+                 expected ? *expected : ExpectedDifferences());
+        }
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));
         finite += sum.finite;

@@ -167,6 +167,7 @@ class Optimization {
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
     void sumUp(StepReport& report);
+    void guessUnseen(std::size_t parameter);
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
     void raiseToFloors();

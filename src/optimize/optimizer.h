@@ -1,6 +1,7 @@
 // Optimisers over the entries of parameters. State is plain data on the host.
 #pragma once
 
+#include "optimize/regularizer.h"
 #include "optimize/seen_texels.h"
 #include "scene/scene.h"
 
@@ -70,6 +71,7 @@ struct Moments {
     // Of Gauss-Newton alone:
     std::vector<float> peak; // as `second`, which is the mean over the views: the largest of one view; empty where steps see all views
     std::shared_ptr<const SeenTexels> seen; // the part of the curvature that is known texel by texel; null where none is
+    std::shared_ptr<const ExpectedDifferences> expected; // of neighbours that no camera sees, from those that one does; null: they are alike
     std::uint32_t products = 0, steps = 0; // how often the curvature was measured, and steps since `start`
     std::vector<SignalNoise> noise{1};   // of the texture, then of ever coarser grids
 };

@@ -12,38 +12,58 @@ namespace {
 
 constexpr std::size_t kChunkRows = 16;
 
-// Of each of `count` texels the mean square over its channels of to - from.
-void meanSquares(const float* from, const float* to, std::size_t count, std::size_t channels, double* out) {
+// A range of pairs: the first of the two texels, the second, and what the expected differences have for the first (null: 0).
+struct Pairs {
+    const float *from, *to, *expected;
+
+    Pairs operator+(std::size_t entries) const { return {from + entries, to + entries, expected ? expected + entries : nullptr}; }
+    double difference(std::size_t i) const { return double(to[i]) - double(from[i]) - (expected ? double(expected[i]) : 0.0); }
+};
+
+// Of each of `count` pairs of texels the mean square over its channels of their differences.
+void meanSquares(const Pairs& pairs, std::size_t count, std::size_t channels, double* out) {
     std::fill_n(out, count, 0.0);
     for (std::size_t c = 0; c < channels; ++c)
         for (std::size_t i = 0; i < count; ++i) {
-            const double d = double(to[i * channels + c]) - double(from[i * channels + c]);
+            const double d = pairs.difference(i * channels + c);
             out[i] += d * d;
         }
     for (std::size_t i = 0; i < count; ++i)
         out[i] /= double(channels);
 }
 
-// For the pairs of texels (from, to): adds up `channels` times the smoothed root mean square over the channels of to - from, and leaves its derivatives by
-// `to` in `derivative`.
-double pairs(const float* from, const float* to, std::size_t count, std::size_t channels, double epsilon, double* derivative) {
+// (unit / r)^(1/4): how much less a difference costs.
+double quarterRoot(double ratio) { return std::sqrt(std::sqrt(ratio)); }
+
+double valueOf(const DifferenceCost& cost, double root) { return cost.unit == 0 ? root : root * quarterRoot(cost.unit / root); }
+double slopeOf(const DifferenceCost& cost, double root) { return cost.unit == 0 ? 1 : 0.75 * quarterRoot(cost.unit / root); } // by root
+
+// Adds up `channels` times what differences cost, and leaves its derivatives by the second texels in `derivative`.
+double addPairs(const Pairs& pairs, std::size_t count, std::size_t channels, const DifferenceCost& cost, double* derivative) {
     constexpr std::size_t kLane = 256; // texels apart from their sum, so that the loop with the roots can be vectorised
-    double root[kLane], sum = 0;
+    const double least = valueOf(cost, cost.epsilon);
+    double root[kLane], slope[kLane], sum = 0;
     for (std::size_t begin = 0; begin < count; begin += kLane) {
         const std::size_t n = std::min(kLane, count - begin), first = begin * channels;
-        meanSquares(from + first, to + first, n, channels, root);
+        meanSquares(pairs + first, n, channels, root);
         for (std::size_t i = 0; i < n; ++i)
-            root[i] = std::sqrt(root[i] + epsilon * epsilon);
+            root[i] = std::sqrt(root[i] + cost.epsilon * cost.epsilon);
+        for (std::size_t i = 0; i < n; ++i)
+            slope[i] = slopeOf(cost, root[i]);
         for (std::size_t c = 0; c < channels; ++c)
             for (std::size_t i = 0; i < n; ++i) {
                 const std::size_t k = first + i * channels + c;
-                derivative[k] = (double(to[k]) - double(from[k])) / root[i];
+                derivative[k] = pairs.difference(k) / root[i] * slope[i];
             }
         for (std::size_t i = 0; i < n; ++i)
-            sum += root[i] - epsilon;
+            sum += valueOf(cost, root[i]) - least;
     }
     return double(channels) * sum;
 }
+
+const float* startOf(const std::vector<float>& expected) { return expected.empty() ? nullptr : expected.data(); }
+
+} // namespace
 
 TextureGrid gridOf(const Parameter& parameter) {
     const bool environment = parameter.kind == SlotKind::Radiance;
@@ -51,9 +71,22 @@ TextureGrid gridOf(const Parameter& parameter) {
             parameter.height > 1 && !environment && parameter.wrapV == Wrap::Repeat};
 }
 
-} // namespace
+ExpectedDifferences expectedDifferences(const TextureGrid& grid, std::span<const float> guess, const std::vector<bool>& seen) {
+    ExpectedDifferences expected{std::vector<float>(guess.size()), std::vector<float>(guess.size())};
+    const auto between = [&](std::size_t from, std::size_t to, std::vector<float>& differences) { // texels
+        if (!seen[from] || !seen[to])
+            for (std::size_t c = 0; c < grid.channels; ++c)
+                differences[from * grid.channels + c] = guess[to * grid.channels + c] - guess[from * grid.channels + c];
+    };
+    for (std::size_t y = 0; y < grid.height; ++y)
+        for (std::size_t x = 0; x < grid.width; ++x) {
+            between(y * grid.width + x, y * grid.width + (x + 1) % grid.width, expected.right);
+            between(y * grid.width + x, (y + 1) % grid.height * grid.width + x, expected.below);
+        }
+    return expected;
+}
 
-double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon) {
+double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, const DifferenceCost& cost, const ExpectedDifferences& expected) {
     const TextureGrid grid = gridOf(parameter);
     const std::size_t width = grid.width, height = grid.height, channels = grid.channels;
     const bool wrapU = grid.wrapU, wrapV = grid.wrapV; // by names of their own: not every compiler lets a lambda take those of a binding
@@ -63,16 +96,20 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
     // Every row gathers its own gradient, so that no two threads write to one entry. The value of a vertical pair is counted by the
     // upper row; its derivative is handed down, and formed again only where a range of rows begins.
     const double sum = orderedSum<double>(height, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        const auto values = [&](std::size_t y) { return parameter.values.data() + (y % height) * row; };
+        const float *values = parameter.values.data(), *right = startOf(expected.right), *down = startOf(expected.below);
+        const auto rightOf = [&](std::size_t y) { return Pairs{values, values + channels, right} + y * row; };
+        const auto under = [&](std::size_t y) { return Pairs{values + y * row, values + (y + 1) % height * row, down ? down + y * row : nullptr}; };
         std::vector<double> across(row), above(row), below(row);
         if (begin > 0 || wrapV)
-            pairs(values(begin + height - 1), values(begin), width, channels, epsilon, above.data());
+            addPairs(under((begin + height - 1) % height), width, channels, cost, above.data());
         double total = 0;
         for (std::size_t y = begin; y < end; ++y) {
             double* out = gradient.data() + y * row;
-            total += pairs(values(y), values(y) + channels, width - 1, channels, epsilon, across.data());
-            if (wrapU)
-                total += pairs(values(y) + row - channels, values(y), 1, channels, epsilon, across.data() + row - channels);
+            total += addPairs(rightOf(y), width - 1, channels, cost, across.data());
+            if (wrapU) {
+                const std::size_t last = (y + 1) * row - channels;
+                total += addPairs({values + last, values + y * row, right ? right + last : nullptr}, 1, channels, cost, across.data() + row - channels);
+            }
             for (std::size_t i = 0; i < row; ++i)
                 out[i] -= scale * across[i];
             for (std::size_t i = 0; i < channels; ++i)
@@ -81,7 +118,7 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
                 out[i] += scale * across[i - channels];
 
             if (y + 1 < height || wrapV)
-                total += pairs(values(y), values(y + 1), width, channels, epsilon, below.data());
+                total += addPairs(under(y), width, channels, cost, below.data());
             else
                 std::fill(below.begin(), below.end(), 0.0);
             for (std::size_t i = 0; i < row; ++i)
@@ -95,26 +132,28 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
 
 TotalVariationBound::TotalVariationBound(const Parameter& parameter) : grid_(gridOf(parameter)) {}
 
-void TotalVariationBound::add(const Parameter& parameter, double weight, double epsilon) {
+void TotalVariationBound::add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
     const std::size_t row = grid_.width * grid_.channels;
     right_.resize(grid_.width * grid_.height);
     below_.resize(grid_.width * grid_.height);
     const double scale = weight / double(parameter.entries());
-    const float* values = parameter.values.data();
+    const float *values = parameter.values.data(), *right = startOf(expected.right), *down = startOf(expected.below);
     // Of the pairs of `count` texels from entry `from` and from entry `to` on.
-    const auto add = [&](std::size_t from, std::size_t to, std::size_t count, std::vector<double>& square, float* weights) {
-        meanSquares(values + from, values + to, count, grid_.channels, square.data());
-        for (std::size_t i = 0; i < count; ++i)
-            weights[from / grid_.channels + i] += float(scale / std::sqrt(square[i] + epsilon * epsilon));
+    const auto add = [&](std::size_t from, std::size_t to, const float* differences, std::size_t count, std::vector<double>& square, float* weights) {
+        meanSquares({values + from, values + to, differences ? differences + from : nullptr}, count, grid_.channels, square.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const double root = std::sqrt(square[i] + cost.epsilon * cost.epsilon);
+            weights[from / grid_.channels + i] += float(scale / root * slopeOf(cost, root));
+        }
     };
     parallelFor(grid_.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
         std::vector<double> square(grid_.width);
         for (std::size_t y = begin; y < end; ++y) {
-            add(y * row, y * row + grid_.channels, grid_.width - 1, square, right_.data());
+            add(y * row, y * row + grid_.channels, right, grid_.width - 1, square, right_.data());
             if (grid_.wrapU)
-                add(y * row + row - grid_.channels, y * row, 1, square, right_.data());
+                add(y * row + row - grid_.channels, y * row, right, 1, square, right_.data());
             if (y + 1 < grid_.height || grid_.wrapV)
-                add(y * row, (y + 1) % grid_.height * row, grid_.width, square, below_.data());
+                add(y * row, (y + 1) % grid_.height * row, down, grid_.width, square, below_.data());
         }
     });
 }

@@ -9,24 +9,40 @@
 
 namespace cmpg {
 
-// Differences well below this count quadratically, so that the gradient is smooth at 0: a quarter of an 8-bit step.
-constexpr double kTotalVariationEpsilon = 1e-3;
-// The same of the prior: wide enough that steps of an optimiser do not chatter about 0.
-constexpr double kPriorEpsilon = 1e-2;
+// What a difference of neighbours costs, f(d) with d the root mean square over the channels: with r = sqrt(d^2 + epsilon^2), so that the gradient is smooth at
+// 0, r - epsilon; where `unit` is not 0 less for large ones, unit^(1/4) (r^(3/4) - epsilon^(3/4)).
+struct DifferenceCost {
+    double epsilon, unit = 0;
+};
+constexpr DifferenceCost kTotalVariation{1e-3}; // a quarter of an 8-bit step
+// Of the prior, for slots from 0 to 1. Edges are few and steep: of differences that add up to as much, one costs less than many. The width keeps steps of an
+// optimiser from chattering about 0.
+constexpr DifferenceCost kPriorCost{1e-2, 0.1};
 
-// Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of
-// n (sqrt(d^2 + eps^2) - eps), with n channels and d^2 the mean square of their differences, divided by the number of entries. The channels share a root, so
+// By how much neighbours are expected to differ: to the right and below, entries() each; none where they are expected to be alike.
+struct ExpectedDifferences {
+    std::vector<float> right, below;
+    bool empty() const { return right.empty(); }
+};
+// Those of a guess (guessTexture), but for neighbours that are both seen.
+ExpectedDifferences expectedDifferences(const TextureGrid& grid, std::span<const float> guess, const std::vector<bool>& seen);
+
+TextureGrid gridOf(const Parameter& parameter);
+
+// Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of n f(d), with n channels and d^2 the mean square
+// of how their differences differ from expected ones, divided by the number of entries. The channels share a root, so
 // that their edges fall together (Blomgren and Chan, Color TV, 1998). Neighbours across an edge count where the texture repeats; an
 // environment wraps around horizontally. 0 for constants.
-double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, double epsilon = kTotalVariationEpsilon);
+double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, const DifferenceCost& cost = kTotalVariation,
+                         const ExpectedDifferences& expected = {});
 
-// The quadratic form that touches weighted total variations from above at the current values: sqrt(d^2 + eps^2) is at most
-// (d^2 + eps^2 + s^2) / (2 s), with s that root at the difference now (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the
-// weights of pairs off its diagonal, negative, and their sums on it.
+// The quadratic form that touches weighted total variations from above at the current values: f is concave in d^2 + epsilon^2, so that its tangent at the
+// difference now bounds it (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the weights of pairs off its diagonal, negative, and their
+// sums on it.
 class TotalVariationBound {
   public:
     explicit TotalVariationBound(const Parameter& parameter);
-    void add(const Parameter& parameter, double weight, double epsilon); // of the same shape
+    void add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected = {}); // of the same shape
     bool empty() const { return right_.empty(); }                        // L = 0
     const TextureGrid& grid() const { return grid_; }
     // About P^T L P: a coarse pair has the weights of the fine ones between its two texels, times the squared share of its difference that is across each.

@@ -334,6 +334,49 @@ TEST(LibraryRecovery, LearnsAgainWhereItResumesBeforeTheFreeze) {
     EXPECT_EQ(recovery.values(kPainting), values);
 }
 
+// The camera sees half of the floor's bricks, from which the rest is guessed after eight steps.
+TEST(LibraryRecovery, GuessesWhatNoCameraSeesAndResumesWithIt) {
+    const Folder folder;
+    const std::string floor = "painting.baseColor";
+    Scene scene = Scene::load(std::string(CMPG_SOURCE_DIR) + "/scenes/environment/scene.gltf");
+    std::vector<float> truth; // bricks, of 64 x 64 texels
+    for (int i = 0; i < 64 * 64 * 3; ++i) {
+        const int x = i / 3 % 64, y = i / 3 / 64;
+        truth.push_back(y % 8 == 0 || (x + y / 8 % 2 * 8) % 16 == 0 ? 0.8f : 0.3f);
+    }
+    scene.set(floor, truth);
+    const Target target{"", Renderer(device(), scene).render({.width = 96, .spp = 64, .seed = 1})};
+    scene.set(floor, std::vector{0.5f});
+    RecoveryOptions options;
+    options.parameters = {floor};
+    Recovery recovery(device(), scene, {target}, options);
+    while (recovery.steps() < 10)
+        recovery.step();
+    recovery.save(folder / "kept");
+    while (recovery.steps() < 16)
+        recovery.step();
+    const std::vector<float> values = recovery.values(floor);
+    ASSERT_TRUE(recovery.resume(folder / "kept"));
+    while (recovery.steps() < 16)
+        recovery.step();
+    EXPECT_EQ(recovery.values(floor), values);
+    while (recovery.steps() < 24)
+        recovery.step();
+
+    // A corner that the camera does not see.
+    const std::vector<float> found = recovery.values(floor);
+    double error = 0, mean = 0, squares = 0, count = 0;
+    for (int y = 44; y < 64; ++y)
+        for (int i = (y * 64) * 3; i < (y * 64 + 6) * 3; ++i) {
+            error += (double(found[std::size_t(i)]) - truth[std::size_t(i)]) * (double(found[std::size_t(i)]) - truth[std::size_t(i)]);
+            mean += truth[std::size_t(i)];
+            squares += double(truth[std::size_t(i)]) * truth[std::size_t(i)];
+            ++count;
+        }
+    const double variance = squares / count - mean / count * mean / count;
+    EXPECT_LT(error / count, 0.4 * variance) << variance;
+}
+
 TEST(LibraryRecovery, ShowsWhatItBeganWithAndWhatItDid) {
     const Scene scene = greyScene();
     Recovery recovery(device(), scene, {smallTarget()}, paintingOptions());

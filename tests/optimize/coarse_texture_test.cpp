@@ -55,7 +55,7 @@ TEST(CoarseTexture, BoundOfSmoothValuesIsThatOfThePairsBetween) {
         Parameter parameter = makeParameter("m.baseColor", SlotKind::BaseColor, 128, 64, 1, 0.5f);
         parameter.wrapU = parameter.wrapV = wrap;
         TotalVariationBound fine(parameter);
-        fine.add(parameter, 0.7, 0.01);
+        fine.add(parameter, 0.7, {0.01});
         const CoarseTexture texture(fine.grid());
         const TotalVariationBound coarse = fine.coarser(texture);
         constexpr double kPi = 3.14159265358979;

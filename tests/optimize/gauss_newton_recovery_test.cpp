@@ -189,7 +189,7 @@ TEST(GaussNewton, PriorStaysWhereTargetsAreNoisy) {
         while (run.state().step < 60)
             run.step();
         std::vector<double> ignored(scene.parameters[0].entries());
-        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorEpsilon);
+        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorCost);
         return run.step().regularizer / variation;
     };
     constexpr double kOff = 0.02, kEntries = 48, kValues = 2 * 16 * 16 * 3;
@@ -214,7 +214,7 @@ TEST(GaussNewton, PriorGrowsNoFartherThanWhatIsTolerated) {
         while (run.state().step < 3)
             run.step();
         std::vector<double> ignored(scene.parameters[0].entries());
-        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorEpsilon);
+        const double variation = addTotalVariation(scene.parameters[0], 1, ignored, kPriorCost);
         return run.step().regularizer / variation / (8 * kEntries / information);
     };
     for (const OptimizerKind kind : {OptimizerKind::Auto, OptimizerKind::Adam})

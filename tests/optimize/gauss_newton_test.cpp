@@ -18,51 +18,62 @@ Parameter randomTexture(std::uint32_t width, std::uint32_t height) {
     return texture;
 }
 
-double totalVariation(Parameter texture, const std::vector<float>& values, double weight, double epsilon) {
+double totalVariation(Parameter texture, const std::vector<float>& values, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
     texture.values = values;
     std::vector<double> ignored(texture.entries());
-    return addTotalVariation(texture, weight, ignored, epsilon);
+    return addTotalVariation(texture, weight, ignored, cost, expected);
 }
 
 // The bound has the gradient of the total variation where it touches it, and lies above it everywhere else.
+void expectTouching(const Parameter& texture, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+    constexpr double kWeight = 0.7;
+    TotalVariationBound bound(texture);
+    bound.add(texture, kWeight, cost, expected);
+    const std::size_t count = texture.entries();
+    std::vector<double> gradient(count);
+    const double here = addTotalVariation(texture, kWeight, gradient, cost, expected);
+
+    std::vector<float> none(count, 0.f), image(count), diagonal(count);
+    bound.multiply(none, texture.values, image);
+    bound.diagonal(none, diagonal);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (expected.empty()) {
+            EXPECT_NEAR(image[i], gradient[i], 1e-6) << i; // both are sums of differences times f'/r
+        }
+        std::vector<float> unit(count, 0.f), column(count);
+        unit[i] = 1;
+        bound.multiply(none, unit, column);
+        EXPECT_NEAR(column[i], diagonal[i], 1e-6 * (1 + diagonal[i]));
+    }
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal(0, 0.2f);
+    for (int trial = 0; trial < 20; ++trial) {
+        std::vector<float> moved = texture.values, change(count);
+        double linear = 0, quadratic = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            change[i] = normal(random);
+            moved[i] += change[i];
+            linear += gradient[i] * change[i];
+        }
+        bound.multiply(none, change, image);
+        for (std::size_t i = 0; i < count; ++i)
+            quadratic += 0.5 * double(image[i]) * change[i];
+        EXPECT_LE(totalVariation(texture, moved, kWeight, cost, expected), here + linear + quadratic + 1e-6);
+    }
+}
+
 TEST(TotalVariationBound, TouchesFromAbove) {
     for (const auto& [width, height] : {std::pair{7u, 5u}, {1u, 6u}, {6u, 1u}, {2u, 2u}})
         for (const auto& [u, v] : {std::pair{Wrap::Repeat, Wrap::Repeat}, {Wrap::Clamp, Wrap::Repeat}, {Wrap::Clamp, Wrap::Mirror}}) {
+            SCOPED_TRACE(testing::Message() << width << " x " << height);
             Parameter texture = randomTexture(width, height);
             texture.wrapU = u;
             texture.wrapV = v;
-            constexpr double kWeight = 0.7, kEpsilon = 0.05;
-            TotalVariationBound bound(texture);
-            bound.add(texture, kWeight, kEpsilon);
-            const std::size_t count = texture.entries();
-            std::vector<double> gradient(count);
-            const double here = addTotalVariation(texture, kWeight, gradient, kEpsilon);
-
-            std::vector<float> none(count, 0.f), image(count), diagonal(count);
-            bound.multiply(none, texture.values, image); // L x is the gradient: both are sums of d / sqrt(d^2 + eps^2)
-            bound.diagonal(none, diagonal);
-            for (std::size_t i = 0; i < count; ++i) {
-                EXPECT_NEAR(image[i], gradient[i], 1e-6) << width << " x " << height << ", entry " << i;
-                std::vector<float> unit(count, 0.f), column(count);
-                unit[i] = 1;
-                bound.multiply(none, unit, column);
-                EXPECT_NEAR(column[i], diagonal[i], 1e-6 * (1 + diagonal[i]));
-            }
-            std::mt19937 random(5);
-            std::normal_distribution<float> normal(0, 0.2f);
-            for (int trial = 0; trial < 20; ++trial) {
-                std::vector<float> moved = texture.values, change(count);
-                double linear = 0, quadratic = 0;
-                for (std::size_t i = 0; i < count; ++i) {
-                    change[i] = normal(random);
-                    moved[i] += change[i];
-                    linear += gradient[i] * change[i];
-                }
-                bound.multiply(none, change, image);
-                for (std::size_t i = 0; i < count; ++i)
-                    quadratic += 0.5 * double(image[i]) * change[i];
-                EXPECT_LE(totalVariation(texture, moved, kWeight, kEpsilon), here + linear + quadratic + 1e-6);
-            }
+            const std::vector<float> guess = randomTexture(width, height).values;
+            const std::vector<bool> seen(std::size_t(width) * height);
+            for (const DifferenceCost& cost : {DifferenceCost{0.05}, DifferenceCost{0.05, 0.1}})
+                for (const ExpectedDifferences& expected : {ExpectedDifferences(), expectedDifferences(gridOf(texture), guess, seen)})
+                    expectTouching(texture, cost, expected);
         }
 }
 
@@ -162,8 +173,8 @@ TEST(GaussNewton, FollowsWhatTexelsHaveInCommon) {
             half[i] = 0.5 * (a - b);
         }
         TotalVariationBound known(texture);
-        known.add(texture, 10.0 * double(count), 0.01);
-        addTotalVariation(texture, 10.0 * double(count), gradient, 0.01);
+        known.add(texture, 10.0 * double(count), kPriorCost);
+        addTotalVariation(texture, 10.0 * double(count), gradient, kPriorCost);
         updateByGaussNewton(0.04, {gradient, half}, known, moments, texture);
     }
     double sum = 0, squares = 0;
@@ -188,7 +199,7 @@ TEST(GaussNewton, StandsAnyGradient) {
         gradient[0] = gradient[1] = bad;
         addCurvature(product, {0.05f}, moments);
         TotalVariationBound known(texture);
-        known.add(texture, 0.1, 0.01);
+        known.add(texture, 0.1, {0.01});
         EXPECT_EQ(updateByGaussNewton(0.02, {gradient, gradient}, known, moments, texture), 2u) << bad;
         for (const float value : texture.values)
             EXPECT_TRUE(value >= 0 && value <= 1) << bad;

@@ -411,7 +411,7 @@ TEST(Optimize, ThePriorWeighsDifferencesAgainstImagesTrustedToTenPercent) {
     const double values = double(targets[0].image.values.size()), off = 0.1 * sum / values, tolerated = off * off;
     const Parameter texture = test::makeTruth().parameters[0];
     std::vector<double> gradient(texture.entries());
-    const double unit = addTotalVariation(texture, 5 * tolerated / values * double(texture.entries()), gradient, kPriorEpsilon);
+    const double unit = addTotalVariation(texture, 5 * tolerated / values * double(texture.entries()), gradient, kPriorCost);
     EXPECT_NEAR(weight, unit, 1e-4 * unit);
     for (std::size_t i = 0; i < gradient.size(); ++i)
         EXPECT_NEAR(pulled[0][i] - plain[0][i], gradient[i], 1e-4 * unit) << i;

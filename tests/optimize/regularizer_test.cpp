@@ -18,27 +18,43 @@ Parameter randomTexture(std::uint32_t width, std::uint32_t height, SlotKind kind
 }
 
 // Sum over all ordered neighbour pairs, written as the definition reads.
-double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV) {
+double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV, const DifferenceCost& cost, const ExpectedDifferences& expected) {
     double sum = 0;
-    const auto addPair = [&](std::uint32_t x, std::uint32_t y, std::uint32_t u, std::uint32_t v) {
+    const auto valueOf = [&](double root) { return cost.unit == 0 ? root : std::pow(cost.unit, 0.25) * std::pow(root, 0.75); };
+    const auto addPair = [&](std::uint32_t x, std::uint32_t y, std::uint32_t u, std::uint32_t v, const std::vector<float>& differences) {
         double squares = 0;
         for (std::uint32_t c = 0; c < parameter.channels; ++c) {
             const auto value = [&](std::uint32_t column, std::uint32_t line) {
                 return double(parameter.values[(std::size_t(line) * parameter.width + column) * parameter.channels + c]);
             };
-            squares += (value(u, v) - value(x, y)) * (value(u, v) - value(x, y));
+            const double difference =
+                value(u, v) - value(x, y) - (differences.empty() ? 0 : double(differences[(std::size_t(y) * parameter.width + x) * parameter.channels + c]));
+            squares += difference * difference;
         }
         const double mean = squares / parameter.channels;
-        sum += parameter.channels * (std::sqrt(mean + kTotalVariationEpsilon * kTotalVariationEpsilon) - kTotalVariationEpsilon);
+        sum += parameter.channels * (valueOf(std::sqrt(mean + cost.epsilon * cost.epsilon)) - valueOf(cost.epsilon));
     };
     for (std::uint32_t y = 0; y < parameter.height; ++y)
         for (std::uint32_t x = 0; x < parameter.width; ++x) {
             if (x + 1 < parameter.width || wrapU)
-                addPair(x, y, (x + 1) % parameter.width, y);
+                addPair(x, y, (x + 1) % parameter.width, y, expected.right);
             if (y + 1 < parameter.height || wrapV)
-                addPair(x, y, x, (y + 1) % parameter.height);
+                addPair(x, y, x, (y + 1) % parameter.height, expected.below);
         }
     return weight * sum / double(parameter.entries());
+}
+
+const DifferenceCost kCosts[] = {kTotalVariation, {1e-3, 0.1}};
+
+// Of a guess that has the entry's number in it, and of which every third texel is seen.
+ExpectedDifferences someExpected(const Parameter& parameter) {
+    std::vector<float> guess(parameter.entries());
+    for (std::size_t i = 0; i < guess.size(); ++i)
+        guess[i] = 0.5f + 0.4f * std::sin(float(i));
+    std::vector<bool> seen(parameter.entries() / parameter.channels);
+    for (std::size_t t = 0; t < seen.size(); t += 3)
+        seen[t] = true;
+    return expectedDifferences(gridOf(parameter), guess, seen);
 }
 
 struct Case {
@@ -59,8 +75,10 @@ TEST(TotalVariation, ValueIsTheSumOverPairs) {
             parameter.wrapU = c.u;
             parameter.wrapV = c.v;
             std::vector<double> gradient(parameter.entries());
-            EXPECT_NEAR(addTotalVariation(parameter, 0.7, gradient), direct(parameter, 0.7, c.wrapU, c.wrapV), 1e-12)
-                << width << " x " << height;
+            for (const DifferenceCost& cost : kCosts)
+                for (const ExpectedDifferences& expected : {ExpectedDifferences(), someExpected(parameter)})
+                    EXPECT_NEAR(addTotalVariation(parameter, 0.7, gradient, cost, expected), direct(parameter, 0.7, c.wrapU, c.wrapV, cost, expected), 1e-12)
+                        << width << " x " << height;
         }
 }
 
@@ -90,18 +108,22 @@ TEST(TotalVariation, GradientAgreesWithCentralDifferences) {
         parameter.wrapV = c.v;
         for (std::size_t i = 0; i < 3; ++i)
             parameter.values[i] = parameter.values[3 + i] + 0.0005f; // one pair inside the smoothed part
-        std::vector<double> gradient(parameter.entries(), 2.0), unused(parameter.entries());
-        addTotalVariation(parameter, 0.7, gradient);
-        for (std::size_t i = 0; i < parameter.entries(); ++i) {
-            const float value = parameter.values[i];
-            parameter.values[i] = value + 2e-5f;
-            const double up = parameter.values[i], above = addTotalVariation(parameter, 0.7, unused);
-            parameter.values[i] = value - 2e-5f;
-            const double down = parameter.values[i], below = addTotalVariation(parameter, 0.7, unused);
-            parameter.values[i] = value;
-            // Truncation h^2 f'''/6: f''' <= 0.86/eps^2 = 9e5 per pair, three pairs, times 0.7/444: 3e-7; rounding 1e-15 / h.
-            EXPECT_NEAR(gradient[i] - 2.0, (above - below) / (up - down), 4e-7) << i;
-        }
+        for (const DifferenceCost& cost : kCosts)
+            for (const ExpectedDifferences& expected : {ExpectedDifferences(), someExpected(parameter)}) {
+                std::vector<double> gradient(parameter.entries(), 2.0), unused(parameter.entries());
+                addTotalVariation(parameter, 0.7, gradient, cost, expected);
+                for (std::size_t i = 0; i < parameter.entries(); ++i) {
+                    const float value = parameter.values[i];
+                    parameter.values[i] = value + 2e-5f;
+                    const double up = parameter.values[i], above = addTotalVariation(parameter, 0.7, unused, cost, expected);
+                    parameter.values[i] = value - 2e-5f;
+                    const double down = parameter.values[i], below = addTotalVariation(parameter, 0.7, unused, cost, expected);
+                    parameter.values[i] = value;
+                    // Truncation h^2 f'''/6: f''' <= 0.86/eps^2 = 9e5 per pair, three pairs, times 0.7/444: 3e-7; rounding 1e-15 / h. The prior's slopes are 2.4 times
+                    // as steep at 0, (unit / eps)^(1/4) 3/4.
+                    EXPECT_NEAR(gradient[i] - 2.0, (above - below) / (up - down), cost.unit == 0 ? 4e-7 : 1e-6) << i;
+                }
+            }
     }
 }
 
