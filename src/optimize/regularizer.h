@@ -17,7 +17,7 @@ struct DifferenceCost {
 constexpr DifferenceCost kTotalVariation{1e-3}; // a quarter of an 8-bit step
 // Of the prior, for slots from 0 to 1. Edges are few and steep: of differences that add up to as much, one costs less than many. The width keeps steps of an
 // optimiser from chattering about 0.
-constexpr DifferenceCost kPriorCost{1e-2, 0.1};
+constexpr DifferenceCost kPriorCost{1e-2, 0.25};
 
 // By how much neighbours are expected to differ: to the right and below, entries() each; none where they are expected to be alike.
 struct ExpectedDifferences {
