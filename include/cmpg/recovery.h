@@ -65,7 +65,7 @@ struct RecoveryOptions {
     std::vector<std::pair<std::string, float>> rates = {};
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;         // what the schedule has multiplied rates by at the last step
-    // Of textures: differences of neighbouring texels are as likely as exp(-prior n d), with d over n channels; `prior` is smaller for
+    // Of textures: differences of neighbouring texels are as likely as exp(-prior n (d^3 / 4)^(1/4)), with d over n channels; `prior` is smaller for
     // textures of which a pixel sees more than three texels along its edge. 0: none.
     float prior = 8;
     float totalVariation = 0;       // weight of the total variation of textures

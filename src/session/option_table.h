@@ -162,7 +162,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"final-rate", "F", "0.1", "Factor of the rate at the last step, under a schedule"}, o.recovery.finalRate);
         v({"total-variation", "W", "0", "Weight of the total variation of textures in the loss"}, o.recovery.totalVariation);
         v({"prior", "B", "8",
-           "How alike neighbouring texels are, light in units of its mean, before any image is seen: differences are as likely as exp(-B n d), "
+           "How alike neighbouring texels are, light in units of its mean, before any image is seen: differences are as likely as exp(-B n (d^3/4)^(1/4)), "
            "with n channels and d the root mean square of theirs, beside images trusted to 10 % of their mean; 0: no prior"},
           o.recovery.prior);
         v({"spp-difference", "N", "12",

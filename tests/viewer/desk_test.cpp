@@ -14,17 +14,33 @@ template <class Wanted> bool waitFor(Wanted&& wanted) {
     return wanted();
 }
 
+// A window on the box, 24 x 24, after a click on a pixel.
+struct BoxDesk {
+    LiveSession session{optionsOfBox()};
+    Desk desk{session};
+
+    BoxDesk(int x, int y) {
+        EXPECT_TRUE(waitFor([&] { return session.state()->imageSamples > 0; }));
+        desk.inspector = true;
+        session.pick(x, y);
+        EXPECT_TRUE(waitFor([&] { return session.state()->pick != nullptr; }));
+    }
+
+  private:
+    static Options optionsOfBox() {
+        Options options;
+        options.input = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf";
+        options.width = options.height = 24;
+        options.spp = 4;
+        return options;
+    }
+};
+
 TEST(Desk, LooksAgainWhereTheGuideLearnedBeforeThePickWasSeen) {
-    Options options;
-    options.input = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf";
-    options.width = options.height = 24;
-    options.spp = 4;
-    LiveSession session(options);
-    Desk desk(session);
-    ASSERT_TRUE(waitFor([&] { return session.state()->imageSamples > 0; }));
-    desk.inspector = true;
-    session.pick(12, 12);
-    ASSERT_TRUE(waitFor([&] { return session.state()->pick != nullptr; }));
+    BoxDesk box(12, 12);
+    LiveSession& session = box.session;
+    Desk& desk = box.desk;
+    ASSERT_NE(session.state()->pick, nullptr);
     ASSERT_TRUE(session.state()->pick->hit);
     ASSERT_FALSE(session.state()->pick->guide);
     session.train();
@@ -41,16 +57,10 @@ TEST(Desk, LooksAgainWhereTheGuideLearnedBeforeThePickWasSeen) {
 }
 
 TEST(Desk, LooksAgainAtTheSamePointInAnotherSize) {
-    Options options;
-    options.input = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf";
-    options.width = options.height = 24;
-    options.spp = 4;
-    LiveSession session(options);
-    Desk desk(session);
-    ASSERT_TRUE(waitFor([&] { return session.state()->imageSamples > 0; }));
-    desk.inspector = true;
-    session.pick(20, 5);
-    ASSERT_TRUE(waitFor([&] { return session.state()->pick != nullptr; }));
+    BoxDesk box(20, 5);
+    LiveSession& session = box.session;
+    Desk& desk = box.desk;
+    ASSERT_NE(session.state()->pick, nullptr);
     const auto before = session.state()->pick;
     ASSERT_TRUE(before->hit);
     session.change([](LiveSettings& s) { s.width = s.height = 72; });
