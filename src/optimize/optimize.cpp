@@ -9,7 +9,7 @@
 #include "optimize/noise_weights.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/residual.h"
-#include "optimize/texture_guess.h"
+#include "optimize/unseen_texels.h"
 
 #include <algorithm>
 #include <bit>
@@ -310,29 +310,9 @@ double Optimization::rateFactor() const {
 // What cameras see of a texture tells ever better what the rest is like: after 8 steps, 16 and so on.
 void Optimization::guessUnseen(std::size_t i) {
     constexpr std::uint32_t kFirst = 8;
-    constexpr double kTold = 0.1;                             // of the mean of what pixels see of a texel
-    constexpr std::size_t kMostExpected = std::size_t(1) << 20; // expected differences take 24 bytes each
-    const Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
-    const std::size_t channels = parameter.channels, texels = parameter.entries() / channels;
-    if (!moments.seen || texels > kMostExpected || moments.steps < kFirst || !std::has_single_bit(moments.steps))
-        return;
-    const std::span<const float> rows = moments.seen->rows();
-    const double mean = std::accumulate(rows.begin(), rows.end(), 0.0) / double(texels);
-    std::vector<bool> told(texels), seen(texels); // the images tell little of what only few rays meet
-    for (std::size_t t = 0; t < texels; ++t) {
-        const double sum = std::accumulate(rows.begin() + std::ptrdiff_t(t * channels), rows.begin() + std::ptrdiff_t((t + 1) * channels), 0.0);
-        told[t] = sum > kTold * mean;
-        seen[t] = sum > 0;
-    }
-    moments.expected = nullptr;
-    const TextureGrid grid = gridOf(parameter);
-    std::optional<std::vector<float>> guess = guessTexture(grid, parameter.values, told);
-    if (!guess)
-        return;
-    for (float& value : *guess)
-        value = std::clamp(value, parameter.lowest(), parameter.highest());
-    moments.expected = std::make_shared<const ExpectedDifferences>(expectedDifferences(grid, *guess, seen));
+    if (moments.seen && moments.steps >= kFirst && std::has_single_bit(moments.steps))
+        moments.expected = expectUnseen(scene_.parameters[parameters_[i]], *moments.seen);
 }
 
 void Optimization::sumUp(StepReport& report) {
@@ -351,9 +331,9 @@ void Optimization::sumUp(StepReport& report) {
             know(config_.totalVariation, kTotalVariation, {});
         if (const double unit = priorUnit(parameter); config_.prior > 0 && information_[i] > 0 && unit > 0) {
             guessUnseen(i);
-            const ExpectedDifferences* expected = state_.moments[i].expected.get();
-            know(config_.prior / information_[i] * double(parameter.entries()) / unit, {kPriorCost.epsilon * unit, kPriorCost.unit * unit},
-                 expected ? *expected : ExpectedDifferences());
+            static const ExpectedDifferences alike;
+            const std::shared_ptr<const ExpectedDifferences>& expected = state_.moments[i].expected;
+            know(config_.prior / information_[i] * double(parameter.entries()) / unit, {kPriorCost.epsilon * unit, kPriorCost.unit * unit}, expected ? *expected : alike);
         }
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));

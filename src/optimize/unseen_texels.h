@@ -1,0 +1,15 @@
+// What the texels of a texture that no camera sees are expected to be.
+#pragma once
+
+#include "optimize/regularizer.h"
+#include "optimize/seen_texels.h"
+
+#include <memory>
+
+namespace cmpg {
+
+// By how much neighbours of which a camera sees none or one are expected to differ, from the pattern of the values that are seen (guessTexture). Null where they
+// are expected to be alike: the pattern is no better, or the texture has more than 1024 x 1024 texels.
+std::shared_ptr<const ExpectedDifferences> expectUnseen(const Parameter& parameter, const SeenTexels& seen);
+
+} // namespace cmpg
