@@ -29,6 +29,8 @@ void Checkpoints::resume(v1::Recovery& run) {
         log_.warn("resume", "'" + folder + "' has no checkpoint: the run begins at step 0");
         return;
     }
+    if (run.steps() == stopAfter_ && stopAfter_ < steps_)
+        log_.warn("resume", "the run in '" + folder + "' has done the " + std::to_string(stopAfter_) + " steps of --stop-after: give --stop-after " + std::to_string(steps_) + " to continue to the last");
     for (const auto& [option, steps] : {std::pair("--steps", steps_), std::pair("--stop-after", stopAfter_)})
         if (run.steps() > steps)
             throw Error(ErrorKind::Usage,

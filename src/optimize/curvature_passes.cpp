@@ -164,20 +164,31 @@ bool Optimization::anyUsesDiagonal() const {
     return false;
 }
 
-// How often all views were seen since the moments of a parameter began.
-std::uint32_t Optimization::ordersSeen(std::size_t i) const {
+// What some views a step and all views a step tell of the curvature is not alike: the mean over all bounds no single one, and before its first order ends the
+// other lacks views. Where a recovery goes on with the other of both, it is measured anew.
+void Optimization::restartCurvature() {
     const ViewOrder order = viewOrder();
-    return std::uint32_t((order.seenBefore(state_.step) - order.seenBefore(state_.moments[i].start)) / model_.views());
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        Moments& moments = state_.moments[i];
+        if (!usesDiagonal(i) || moments.steps == 0 || state_.step == order.stepsBeforeAll() || order.seesAll(state_.step) == moments.peak.empty())
+            continue;
+        moments.start = state_.step;
+        moments.products = 0;
+        moments.second.assign(moments.second.size(), 0.f);
+        moments.peak = {};
+        moments.seen = nullptr;
+    }
 }
 
-// As above from the first step on that sees all views; before, instead of steps, by how often each was seen.
+// As above from the first step on that sees all views; before, instead of steps, by how often all were seen. Also in the rest of an order that it begins in: views
+// that are seen twice by then make steps shorter until all are measured again.
 bool Optimization::measuresDiagonal(std::size_t i) const {
     if (!usesDiagonal(i))
         return false;
     const ViewOrder order = viewOrder();
     const std::uint32_t start = state_.moments[i].start, growth = emitsLight(scene_.parameters[parameters_[i]].kind) ? kGrowthOfLight : kGrowth;
     if (!order.seesAll(state_.step))
-        return measuresCurvature(ordersSeen(i), growth);
+        return measuresCurvature(order.wholeOrders(start, state_.step), growth);
     return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()), growth);
 }
 
@@ -338,7 +349,7 @@ void Optimization::addDiagonal(std::size_t i) {
     if (peak_.empty())
         addCurvature(curvature_[i], direction, moments);
     else if (measuresDiagonal(i))
-        addCurvature(curvature_[i], peak_[i], direction, ordersSeen(i) > 0 ? viewShare_ : 0, moments);
+        addCurvature(curvature_[i], peak_[i], direction, viewOrder().wholeOrders(moments.start, state_.step) > 0 ? viewShare_ : 0, moments);
 }
 
 void Optimization::stepConstants(double factor) {

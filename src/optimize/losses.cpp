@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "optimize/ordered_sum.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {
@@ -14,11 +15,12 @@ constexpr std::size_t kPixelsAtOnce = 1 << 14;
 double sign(double x) { return double(x > 0) - double(x < 0); }
 
 struct Totals {
-    double value = 0, variance = 0;
+    double value = 0, variance = 0, fourth = 0; // as in NoisyTerm
     std::uint64_t nonFinite = 0;
     Totals& operator+=(const Totals& other) {
         value += other.value;
         variance += other.variance;
+        fourth += other.fourth;
         nonFinite += other.nonFinite;
         return *this;
     }
@@ -51,9 +53,10 @@ LossTerm lossTerm(Loss loss, double x, double y) {
 
 namespace {
 
-// The loss of two estimates of one value, their mean's derivative, and the variance by how they differ.
+// The loss of two estimates of one value, their mean's derivative, and the variance by how they differ. `fourth`: of a squared loss, of its part that is the
+// noise's alone, by the fourth power of how they differ.
 struct NoisyTerm {
-    double value, derivative, variance;
+    double value, derivative, variance, fourth = 0;
 };
 
 NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
@@ -62,8 +65,9 @@ NoisyTerm noisyTerm(Loss loss, double a, double b, double y) {
     if (!isSquared(loss))
         return {mean.value, mean.derivative, mean.derivative * mean.derivative * half / 2};
     const double unit = loss == Loss::Mse ? 1 : 1 / (y * y + kLossEpsilon);
-    // The variance of (a - y) (b - y) is 2 v D^2 + v^2, with v that of a and b and D without noise; (x - y)^2 is D^2 + v / 2 on average.
-    return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit};
+    // The variance of (a - y) (b - y) is 2 v D^2 + v^2, with v that of a and b and D without noise; (x - y)^2 is D^2 + v / 2 on average, half^2 3 v^2 where noise
+    // is normal.
+    return {(a - y) * (b - y) * unit, mean.derivative, 2 * half * (x - y) * (x - y) * unit * unit, half * half / 3 * unit * unit};
 }
 
 double weightOf(std::span<const float> mask, std::size_t pixel) { return mask.empty() ? 1.0 : double(mask[pixel]); }
@@ -115,13 +119,15 @@ LossResult evaluate(Loss loss, const Image& image, const Image& second, const Im
                 const NoisyTerm term = noisyTerm(loss, a[c], b[c], y[c]);
                 sum.value += w * term.value;
                 sum.variance += w * w * term.variance;
+                sum.fourth += w * w * term.fourth;
                 result.adjoint.values[p * channels + c] = float(w * term.derivative * norm);
             }
         }
         return sum;
     });
     result.value = totals.value * norm;
-    result.error = std::sqrt(totals.variance) * norm;
+    // A few bright paths, far off the target to both sides of it, make the loss as far negative as their mean is near it, and `variance` as small.
+    result.error = std::sqrt(std::max(totals.variance, totals.fourth)) * norm;
     result.nonFinite = totals.nonFinite;
     return result;
 }

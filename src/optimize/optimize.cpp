@@ -97,6 +97,7 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));
     }
     findConstants(allowed && (config_.viewsPerStep == 0 || config_.viewsPerStep >= model_.views()));
+    restartCurvature();
 }
 
 void Optimization::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {

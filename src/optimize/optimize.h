@@ -149,7 +149,7 @@ class Optimization {
     // `answers`: of the views, to which is added how their pixels answer to the group.
     void measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views, std::vector<PixelAnswers>& answers,
                       StepReport& report);
-    std::uint32_t ordersSeen(std::size_t parameter) const;
+    void restartCurvature();
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
     bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet

@@ -33,15 +33,10 @@ std::vector<std::size_t> randomOrder(std::uint64_t seed, std::uint64_t round, st
 } // namespace
 
 ViewOrder::Place ViewOrder::at(std::uint32_t step) const {
-    if (perStep_ > 0) {
-        const std::uint64_t count = std::min<std::uint64_t>(perStep_, views_);
-        return {step * count, count};
-    }
-    // No step sees views of two orders: it could see one twice.
-    const std::uint64_t most = std::min<std::uint64_t>(views_, kMostViews);
+    const std::uint64_t most = std::min<std::uint64_t>(views_, perStep_ > 0 ? perStep_ : kMostViews);
     std::uint64_t left = step;
     for (std::uint64_t order = 0;; ++order) {
-        const std::uint64_t count = std::min(order + 1, most), steps = (views_ + count - 1) / count;
+        const std::uint64_t count = perStep_ > 0 ? most : std::min(order + 1, most), steps = (views_ + count - 1) / count;
         if (count == most) {
             order += left / steps;
             left %= steps;
@@ -69,20 +64,19 @@ std::uint32_t ViewOrder::stepsBeforeAll() const {
 
 std::vector<std::size_t> ViewOrder::viewsOf(std::uint32_t step) const {
     const Place place = at(step);
-    std::vector<std::size_t> result;
     if (place.count >= views_) {
-        result.resize(views_);
-        std::iota(result.begin(), result.end(), std::size_t(0));
-        return result;
+        std::vector<std::size_t> all(views_);
+        std::iota(all.begin(), all.end(), std::size_t(0));
+        return all;
     }
-    std::uint64_t round = ~0ull;
-    std::vector<std::size_t> order;
-    for (std::uint64_t next = place.seen; result.size() < place.count; ++next) {
-        if (next / views_ != round)
-            order = randomOrder(seed_, round = next / views_, views_);
-        result.push_back(order[next % views_]);
-    }
-    return result;
+    const std::vector<std::size_t> order = randomOrder(seed_, place.seen / views_, views_);
+    const auto first = order.begin() + std::ptrdiff_t(place.seen % views_);
+    return {first, first + std::ptrdiff_t(place.count)};
+}
+
+std::uint32_t ViewOrder::wholeOrders(std::uint32_t start, std::uint32_t step) const {
+    const std::uint64_t first = (seenBefore(start) + views_ - 1) / views_;
+    return std::uint32_t(std::max(seenBefore(step) / views_, first) - first);
 }
 
 } // namespace cmpg

@@ -169,7 +169,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
            "Samples per pixel, at most, by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
         v({"views-per-step", "N", "0",
-           "Of several targets so many a step, in random order, each once before any again; 0: all, of four and more at first one where Gauss-Newton "
+           "Of several targets at most so many a step, in random order, each once before any again; 0: all, of four and more at first one where Gauss-Newton "
            "recovers textures and no constants"},
           o.recovery.viewsPerStep);
         v({"warm-up", "N", "0", "First steps, which learn the guide and leave the parameters alone"}, o.recovery.warmUp);

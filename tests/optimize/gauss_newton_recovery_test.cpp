@@ -315,6 +315,57 @@ TEST(GaussNewton, ComesNearerWithFewViewsAtFirst) {
     EXPECT_LT(errorOfViews(0, 20, 0.3), 1.2 * errorOfViews(6, 20, 0.3)); // and no farther at last
 }
 
+// A texture goes on where steps saw all views, or begins in the middle of an order of views: either way what bounds its steps is measured anew, of all of them.
+TEST(GaussNewton, MeasuresTheCurvatureOfViewsThatTakeTurnsAnew) {
+    constexpr std::size_t kViews = 6;
+    Scene scene = makeScene(), truth = makeTruth();
+    scene.parameters.pop_back();
+    truth.parameters.pop_back();
+    LinearModel model(scene, kViews, 16, 16, 0), exact(truth, kViews, 16, 16, 0);
+    OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
+    config.targets.resize(kViews);
+    for (std::size_t view = 0; view < kViews; ++view)
+        config.targets[view].image = exact.render(view, 1, {});
+    config.viewsPerStep = kViews;
+    Optimization all(model, scene, config, {0});
+    all.step();
+    all.step();
+    const auto sumOf = [](const std::vector<float>& values) { return std::accumulate(values.begin(), values.end(), 0.0); };
+    const double exactSum = sumOf(all.state().moments[0].second);
+    OptimizeConfig turns = config;
+    turns.viewsPerStep = 1;
+    for (const bool fresh : {false, true}) {
+        OptimizeState start;
+        start.step = 2; // of six, of the first order
+        if (!fresh)
+            start.moments = all.state().moments;
+        else {
+            start.moments = {initialMoments(turns.optimizer, scene.parameters[0])};
+            start.moments[0].start = start.step;
+        }
+        Scene own = scene;
+        Optimization some(model, own, turns, {0}, start);
+        EXPECT_EQ(some.state().moments[0].start, 2u);
+        for (int step = 0; step < 4 + 6; ++step) // the rest of the first order, and all of the next
+            some.step();
+        const Moments& now = some.state().moments[0];
+        ASSERT_EQ(now.peak.size(), 48u);
+        // Images are linear in the texture: the mean over the views is that of all, and four of six were measured twice.
+        EXPECT_NEAR(sumOf(now.second), 10 / 6.0 * exactSum, 0.1 * exactSum) << fresh;
+        EXPECT_GE(sumOf(now.peak), exactSum) << fresh;
+    }
+    Optimization back(model, scene, config, {0}, {.step = 3, .moments = [&] {
+        Scene own = scene;
+        Optimization some(model, own, turns, {0});
+        for (int step = 0; step < 3; ++step) // half of the views
+            some.step();
+        return some.state().moments;
+    }()});
+    back.step();
+    EXPECT_TRUE(back.state().moments[0].peak.empty());
+    EXPECT_NEAR(sumOf(back.state().moments[0].second), exactSum, 0.05 * exactSum);
+}
+
 TEST(GaussNewton, CarriesImagesOfAsManyViewsAsMemoryAllows) {
     for (const std::uint32_t viewsPerStep : {1u, 6u}) {
         Scene scene = makeScene(), truth = makeTruth();
