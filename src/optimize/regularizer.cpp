@@ -158,6 +158,28 @@ void TotalVariationBound::add(const Parameter& parameter, double weight, const D
     });
 }
 
+namespace {
+
+// Of fine texels along an axis: the coarse one that each centre lies in, and the coarse pair, by its first, that the edge after it lies in; the number of coarse
+// ones where that is none. And the other way round.
+struct Places {
+    std::vector<std::size_t> texel, pair;
+    std::vector<std::vector<std::size_t>> finesOfTexel, finesOfPair;
+
+    Places(std::size_t fine, std::size_t coarse, bool wraps) : finesOfTexel(coarse), finesOfPair(coarse) {
+        for (std::size_t i = 0; i < fine; ++i) {
+            const auto at = std::ptrdiff_t(std::floor((double(i) + 1) * double(coarse) / double(fine) - 0.5)), count = std::ptrdiff_t(coarse);
+            texel.push_back((2 * i + 1) * coarse / (2 * fine));
+            pair.push_back(wraps ? std::size_t((at + count) % count) : at < 0 || at + 1 >= count ? coarse : std::size_t(at));
+            finesOfTexel[texel.back()].push_back(i);
+            if (pair.back() < coarse)
+                finesOfPair[pair.back()].push_back(i);
+        }
+    }
+};
+
+} // namespace
+
 TotalVariationBound TotalVariationBound::coarser(const CoarseTexture& texture) const {
     const TextureGrid& to = texture.coarse();
     TotalVariationBound result(to);
@@ -165,25 +187,22 @@ TotalVariationBound TotalVariationBound::coarser(const CoarseTexture& texture) c
     result.below_.resize(to.width * to.height);
     if (empty())
         return result;
-    // The coarse pair, or texel, that a fine edge or centre at `place` lies in; the number of them where it is in none.
-    const auto pairAt = [](double place, std::size_t fine, std::size_t coarse, bool wraps) {
-        const auto at = std::ptrdiff_t(std::floor(place * double(coarse) / double(fine) - 0.5)), count = std::ptrdiff_t(coarse);
-        if (wraps)
-            return std::size_t((at + count) % count);
-        return at < 0 || at + 1 >= count ? coarse : std::size_t(at);
-    };
-    const auto texelAt = [](std::size_t place, std::size_t fine, std::size_t coarse) { return (2 * place + 1) * coarse / (2 * fine); };
-    const double across = double(to.width) / double(grid_.width), down = double(to.height) / double(grid_.height);
-    for (std::size_t y = 0; y < grid_.height; ++y) {
-        const std::size_t row = texelAt(y, grid_.height, to.height), between = pairAt(double(y) + 1, grid_.height, to.height, to.wrapV);
-        for (std::size_t x = 0; x < grid_.width; ++x) {
-            const std::size_t i = y * grid_.width + x;
-            if (const std::size_t pair = pairAt(double(x) + 1, grid_.width, to.width, to.wrapU); pair < to.width)
-                result.right_[row * to.width + pair] += float(across * across) * right_[i];
-            if (between < to.height)
-                result.below_[between * to.width + texelAt(x, grid_.width, to.width)] += float(down * down) * below_[i];
+    const Places columns(grid_.width, to.width, to.wrapU), rows(grid_.height, to.height, to.wrapV);
+    const auto square = [](double factor) { return float(factor * factor); };
+    const float across = square(double(to.width) / double(grid_.width)), down = square(double(to.height) / double(grid_.height));
+    // Of a coarse row, from the fine rows whose centres or edges lie in it.
+    parallelFor(to.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row) {
+            float *right = result.right_.data() + row * to.width, *below = result.below_.data() + row * to.width;
+            for (const std::size_t y : rows.finesOfTexel[row])
+                for (std::size_t x = 0; x < grid_.width; ++x)
+                    if (columns.pair[x] < to.width)
+                        right[columns.pair[x]] += across * right_[y * grid_.width + x];
+            for (const std::size_t y : rows.finesOfPair[row])
+                for (std::size_t x = 0; x < grid_.width; ++x)
+                    below[columns.texel[x]] += down * below_[y * grid_.width + x];
         }
-    }
+    });
     return result;
 }
 
