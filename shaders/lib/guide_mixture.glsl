@@ -9,7 +9,7 @@ const float kMinGuideScore = 1e-20;
 const float kPositivizedShare = 0.95; // of the wanted sign; the rest defends against a wrongly learned one
 
 // What each of P, D+, D- counts in the mixture. `total`: their means in the cell; lightWeight = mean_rgb of the bound on the
-// derivative of the throughput, derivativeWeight = mean_rgb of the throughput; sign: see GuideInfo.
+// derivative of the throughput, derivativeWeight = mean_rgb of the throughput; sign: as in Batch (shared/batch.h).
 vec3 guideWeights(uint kind, vec3 total, float lightWeight, float derivativeWeight, int sign) {
     float derivative = total.y + total.z;
     // Weights of D+ and D- whose sum over the masses is that of (1, 1). A part next to nothing counts as none: its weight would overflow.

@@ -46,15 +46,16 @@ class BatchedModel final : public ImageModel {
                 found.emplace_back(gradient.size());
             paths += inner_.reversePart(view, part.samples, partKey(key, part, budget_.batches, false), adjoint, found);
             samples += double(part.samples) / budget_.batches;
-            const double sign = part.batch % 2 == 0 ? 1 : -1;
+            const std::uint32_t odd = budget_.batches / 2, even = budget_.batches - odd;
+            const double weight = part.batch % 2 == 0 ? 0.5 / even : -0.5 / odd;
             for (std::size_t p = 0; p < difference.size(); ++p)
                 for (std::size_t i = 0; i < difference[p].size(); ++i)
-                    difference[p][i] += sign * part.samples * found[p][i];
+                    difference[p][i] += weight * part.samples * found[p][i];
             return joined(found);
         });
         for (auto& entries : difference)
             for (double& entry : entries)
-                entry /= samples * budget_.batches;
+                entry /= samples;
         for (std::size_t p = 0; p < half.size(); ++p)
             for (std::size_t i = 0; i < half[p].size(); ++i)
                 half[p][i] += difference[p][i];

@@ -90,6 +90,12 @@ void put(ByteWriter& out, const RunningImage& image) {
     out.put(image.differences);
 }
 
+template <class T> std::vector<T> finite(std::vector<T> values, const char* what) {
+    if (!std::all_of(values.begin(), values.end(), [](T value) { return std::isfinite(value); }))
+        throw Malformed{std::string(what) + " is not finite"};
+    return values;
+}
+
 RunningImage getRunningImage(ByteReader& in) {
     RunningImage image;
     const auto width = in.get<std::uint32_t>(), height = in.get<std::uint32_t>();
@@ -113,7 +119,7 @@ RunningImage getRunningImage(ByteReader& in) {
     if (image.worth.size() != std::uint64_t(width) * height || !std::all_of(image.worth.begin(), image.worth.end(), [](float w) { return w > 0 && std::isfinite(w); }))
         throw Malformed{"the samples that an image is worth do not fit"};
     image.method = Sampling(in.get<std::uint32_t>());
-    if (image.method > Sampling::Auto)
+    if (image.method >= Sampling::Auto)
         throw Malformed{"an image was drawn by an unknown method"};
     image.differenceVariance = in.figure("the variance of a difference");
     image.covariance = in.real();
@@ -130,9 +136,8 @@ OptimizeState getState(ByteReader& in) {
     for (Moments& m : state.moments) {
         m.unit = in.single();
         m.start = in.get<std::uint32_t>();
-        m.first = in.reals<float>();
-        m.second = in.reals<float>();
-        m.peak = in.reals<float>();
+        for (std::vector<float>* values : {&m.first, &m.second, &m.peak})
+            *values = finite(in.reals<float>(), "what is remembered of a gradient");
         if (in.get<std::uint8_t>() != 0) {
             auto seen = std::make_shared<SeenTexels>();
             seen->restore(in, m.second.size());
@@ -141,7 +146,7 @@ OptimizeState getState(ByteReader& in) {
         if (in.get<std::uint8_t>() != 0) {
             auto expected = std::make_shared<ExpectedDifferences>();
             for (std::vector<float>* differences : {&expected->right, &expected->below}) {
-                *differences = in.reals<float>();
+                *differences = finite(in.reals<float>(), "an expected difference of neighbours");
                 if (differences->size() != m.second.size())
                     throw Malformed{"expected differences of neighbours do not fit"};
             }
@@ -159,15 +164,10 @@ OptimizeState getState(ByteReader& in) {
         }
     }
     for (std::vector<double>* values : {&state.constants.matrix, &state.constants.noise, &state.constants.others})
-        *values = in.reals<double>();
+        *values = finite(in.reals<double>(), "the curvature of constants");
     state.constants.at = in.reals<float>();
-    const auto finite = [](double value) { return std::isfinite(value); };
-    if (!std::all_of(state.constants.matrix.begin(), state.constants.matrix.end(), finite))
-        throw Malformed{"the curvature of constants is not finite"};
     for (std::vector<double>* values : {&state.carried.mean, &state.carried.variance, &state.carried.squares}) {
-        *values = in.reals<double>();
-        if (!std::all_of(values->begin(), values->end(), finite))
-            throw Malformed{"the gradient of constants is not finite"};
+        *values = finite(in.reals<double>(), "the gradient of constants");
         if (values != &state.carried.mean && std::any_of(values->begin(), values->end(), [](double value) { return value < 0; }))
             throw Malformed{"the variance of the gradient of constants is negative"};
     }
@@ -220,21 +220,17 @@ void putShared(ByteWriter& out, const std::vector<SharedValues>& values) {
             sets.push_back(own);
     }
     out.count(sets.size());
-    for (const SharedValues& set : sets) {
-        out.put(set->step);
+    for (const SharedValues& set : sets)
         putVectors(out, set->values);
-    }
     out.count(places.size());
     for (const std::uint32_t place : places)
         out.put(place);
 }
 
 std::vector<SharedValues> getShared(ByteReader& in) {
-    std::vector<SharedValues> sets(in.count(4 + 8)), values;
-    for (SharedValues& set : sets) {
-        const auto step = in.get<std::uint32_t>();
-        set = std::make_shared<const StepValues>(StepValues{step, getVectors<float>(in)});
-    }
+    std::vector<SharedValues> sets(in.count(8)), values;
+    for (SharedValues& set : sets)
+        set = std::make_shared<const StepValues>(StepValues{getVectors<float>(in)});
     values.resize(in.count(4));
     for (SharedValues& own : values) {
         const auto place = in.get<std::uint32_t>();

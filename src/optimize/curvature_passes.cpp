@@ -5,6 +5,7 @@
 #include "optimize/entry_loops.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/loaded_target.h"
+#include "optimize/noise_weights.h"
 #include "optimize/optimize.h"
 
 #include <algorithm>
@@ -21,6 +22,7 @@ namespace {
 constexpr std::uint32_t kCurvatureSpp = 4;
 // Camera rays of a view that are kept while its curvature is measured: 80 MiB.
 constexpr std::size_t kMostFirstVertices = std::size_t(1) << 22;
+constexpr float kCurvatureStep = 0.05f; // by which parameters change where the bound of the curvature is measured, in their units
 constexpr double kConstantStep = 0.02; // by which a constant changes, in its unit: roughness is far from linear
 constexpr double kShapeReach = 0.1;    // of a lobe's shape: as far as a measured curvature may hold
 constexpr double kLightReach = 20;     // of light, times its value instead of its unit: images are linear in it, however far it is
@@ -142,7 +144,7 @@ void Optimization::measureConstants(StepReport& report) {
                 model_.setSecondValues(parameters_[i], parameter.values);
                 dropBeyondBounds(halves, *target);
                 report.samples += 2 * std::uint64_t(halves.samples) * halves.half[0].image.pixels();
-                answers.add(halves.half[0].difference, halves.half[1].difference);
+                answers.add(halves.half[0].difference, halves.half[1].difference, target->mask);
                 // The difference is to the moved values.
                 columns.push_back({{std::move(halves.half[0].difference), std::move(halves.half[1].difference)}, std::uint32_t(together), -step});
             }
@@ -265,21 +267,23 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         ImageHalves halves = model_.renderHalves(view, kCurvatureSpp, key, true, {});
         dropBeyondBounds(halves, *target);
         const Image &a = halves.half[0].difference, &b = halves.half[1].difference;
-        answers[view].add(a, b);
-        // The adjoint of a squared loss at so much beside the target.
-        Image change = target->image;
-        for (std::size_t k = 0; k < change.values.size(); ++k)
-            change.values[k] -= 0.5f * (a.values[k] + b.values[k]);
-        LossResult loss = evaluateLoss(config_.loss, change, target->image, target->mask);
-        for (float& value : loss.adjoint.values)
-            value /= float(all ? views.size() : 1);
-        report.samples += 2 * std::uint64_t(halves.samples) * change.pixels();
+        answers[view].add(a, b, target->mask);
+        Image weight = lossCurvature(config_.loss, target->image, target->mask);
+        if (weighsByNoise() && view < state_.images.size() && !state_.images[view].empty()) // as the last step weighed its gradient
+            weigh(weight, noiseWeights(config_.loss, state_.images[view].half, *target, state_.losses[view].value));
+        // The adjoint of a squared loss whose image is so much beside its target.
+        Image adjoint = weight;
+        for (std::size_t k = 0; k < adjoint.values.size(); ++k) {
+            const float beside = -0.5f * (a.values[k] + b.values[k]);
+            adjoint.values[k] = std::isfinite(beside) ? adjoint.values[k] * beside / float(all ? views.size() : 1) : 0.f;
+        }
+        report.samples += 2 * std::uint64_t(halves.samples) * adjoint.pixels();
         FirstVertices first;
         // Of several groups, whose texels answer for each other, C of each alone made steps end farther.
         const bool asks = groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
-                          change.pixels() * config_.sppGradient <= kMostFirstVertices;
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, loss.adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
-        addSeenTexels(group, first, a, b, *target);
+                          adjoint.pixels() * config_.sppGradient <= kMostFirstVertices;
+        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
+        addSeenTexels(group, first, a, b, weight);
         for (std::size_t i = 0; i < own.size(); ++i) {
             const double times = isConstant(i) ? 1 : isMoved(i) ? bound : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
@@ -308,10 +312,9 @@ bool Optimization::seesTexels(std::size_t i) const {
     return usesDiagonal(i) && !emitsLight(kind) && !shapesLobe(kind) && viewOrder().stepsBeforeAll() == 0;
 }
 
-void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target) {
+void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight) {
     if (first.vertices.empty())
         return;
-    const Image weight = lossCurvature(config_.loss, target.image, target.mask);
     const double part = 1 / double(model_.views()); // of the view, in the mean loss
     for (const std::size_t i : group) {
         if (!seesTexels(i))

@@ -58,15 +58,16 @@ std::vector<v1::Warning> GradientWatch::observe(const StepReport& report) {
     const double loss = median(losses_), lossError = median(lossErrors_);
     largestLoss_ = std::max(largestLoss_, loss); // from the first step on: a good run has left it far behind before there are as many as kFewest
     if (losses_.size() == kFewest)
-        lowestLoss_ = lowestLoss_ < 0 ? loss : std::min(lowestLoss_, loss);
+        lowestLoss_ = std::min(lowestLoss_.value_or(loss), loss);
+    const double lowest = lowestLoss_.value_or(loss);
 
     std::vector<v1::Warning> findings;
     if (explode_.observe(usual > 0 && norm > kExplosion * usual, 3))
         findings.push_back({"gradients_explode", "gradients are " + times(norm / usual) + " times as large as usual: lower the rate, or let it fall",
                             {"rate", "schedule"}, {{"norm", norm}, {"usual", usual}}});
-    if (diverge_.observe(lowestLoss_ > 0 && loss > kDivergence * lowestLoss_ && loss - lowestLoss_ > kErrors * lossError, 8))
+    if (diverge_.observe(loss > kDivergence * std::max(lowest, 0.0) && loss - lowest > kErrors * lossError, 8))
         findings.push_back({"gradients_explode", "the loss has been " + times(kDivergence) + " times its lowest for some steps: lower the rate, or let it fall",
-                            {"rate", "schedule"}, {{"loss", loss}, {"lowest", lowestLoss_}}});
+                            {"rate", "schedule"}, {{"loss", loss}, {"lowest", lowest}}});
     if (stall_.observe(norm <= kStall * largest_ && loss > kFound * largestLoss_ && loss > kErrors * lossError, 16))
         findings.push_back({"gradients_stall",
                             "gradients are all but zero, and the loss is not: values may be at the end of their range, or no path brings light from them to "

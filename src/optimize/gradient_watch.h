@@ -6,6 +6,7 @@
 #include <cmpg/recovery.h>
 
 #include <deque>
+#include <optional>
 
 namespace cmpg {
 
@@ -23,7 +24,8 @@ class GradientWatch {
         bool observe(bool condition, std::uint32_t steps); // whether it is raised now
     };
     std::deque<double> norms_, losses_, lossErrors_; // of the last steps
-    double largest_ = 0, lowestLoss_ = -1, largestLoss_ = 0; // losses: medians of some steps
+    double largest_ = 0, largestLoss_ = 0; // losses: medians of some steps
+    std::optional<double> lowestLoss_;     // also below 0, where nothing but noise is left
     Alarm explode_, diverge_, stall_, noisy_;
 };
 

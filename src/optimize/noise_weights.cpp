@@ -16,7 +16,7 @@ constexpr std::size_t kRowsAtOnce = 16;
 
 // Standard deviations, and the number of pixels that they are of.
 struct Deviations {
-    float sum = 0, count = 0;
+    double sum = 0, count = 0;
     Deviations& operator+=(const Deviations& other) {
         sum += other.sum;
         count += other.count;
@@ -35,9 +35,9 @@ Deviations sumAround(const Deviations* from, std::size_t i, std::size_t count, s
 
 } // namespace
 
-void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& target, double value, Image& adjoint) {
-    const auto width = std::size_t(adjoint.width), height = std::size_t(adjoint.height);
-    const std::size_t channels = std::size_t(adjoint.channels);
+std::vector<float> noiseWeights(Loss loss, const std::array<Image, 2>& halves, const Target& target, double value) {
+    const auto width = std::size_t(halves[0].width), height = std::size_t(halves[0].height);
+    const std::size_t channels = std::size_t(halves[0].channels);
     std::vector<Deviations> own(width * height);
     parallelFor(own.size(), kRowsAtOnce * width, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p) {
@@ -49,18 +49,19 @@ void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& t
                 square += lossTerm(loss, y + half, y).value; // in the unit of the loss
             }
             if (std::isfinite(square))
-                own[p] = {float(std::sqrt(square / double(channels))), 1};
+                own[p] = {std::sqrt(square / double(channels)), 1};
         }
     });
     double variance = 0, count = 0;
     for (const Deviations& pixel : own) {
-        variance += double(pixel.sum) * pixel.sum;
+        variance += pixel.sum * pixel.sum;
         count += pixel.count;
     }
     const double scale = count > 0 ? variance / count + std::max(0.0, value) : 0;
     if (!(scale > 0) || !std::isfinite(scale))
-        return; // an image without noise, or without anything to compare
+        return {}; // an image without noise, or without anything to compare
 
+    std::vector<float> weights(own.size(), 1.f);
     std::vector<Deviations> across(own.size());
     parallelFor(height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y)
@@ -72,15 +73,21 @@ void weighByNoise(Loss loss, const std::array<Image, 2>& halves, const Target& t
             for (std::size_t x = 0; x < width; ++x) {
                 const std::size_t p = y * width + x;
                 const Deviations around = sumAround(across.data() + x, y, height, width);
-                const float neighbours = around.count - own[p].count;
+                const double neighbours = around.count - own[p].count;
                 if (neighbours == 0)
                     continue;
-                const double deviation = std::max(0.f, around.sum - own[p].sum) / neighbours;
-                const auto weight = float(scale / (scale + deviation * deviation));
-                for (std::size_t k = p * channels; k < (p + 1) * channels; ++k)
-                    adjoint.values[k] *= weight;
+                const double deviation = std::max(0.0, around.sum - own[p].sum) / neighbours;
+                weights[p] = float(scale / (scale + deviation * deviation));
             }
     });
+    return weights;
+}
+
+void weigh(Image& derivatives, std::span<const float> weights) {
+    const std::size_t channels = std::size_t(derivatives.channels);
+    for (std::size_t p = 0; p < weights.size(); ++p)
+        for (std::size_t k = p * channels; k < (p + 1) * channels; ++k)
+            derivatives.values[k] *= weights[p];
 }
 
 } // namespace cmpg

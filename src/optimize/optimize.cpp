@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "optimize/curvature_passes.h"
+#include "optimize/entry_loops.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/loaded_target.h"
 #include "optimize/noise_weights.h"
@@ -82,6 +83,13 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         requireSize(config_.targets[view], model_.size(view).first, model_.size(view).second);
     for (const Target& target : config_.targets)
         tolerance_.push_back(config_.prior > 0 ? toleratedLoss(config_.loss, *LoadedTarget(target)) : 0);
+    // A black target does not say how bright its view might be, and is trusted as the least bright of the others.
+    double least = 0;
+    for (const double tolerated : tolerance_)
+        if (tolerated > 0 && (least == 0 || tolerated < least))
+            least = tolerated;
+    for (double& tolerated : tolerance_)
+        tolerated = std::max(tolerated, least);
     if (parameters_.empty())
         throw Error(ErrorKind::Usage, "there is nothing to optimise", {}, "name a parameter", {"param"});
     const bool allowed = allowsNewton(config_);
@@ -212,12 +220,13 @@ double Optimization::changeSquared(std::size_t view) const {
         const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[view]->values[i];
         const std::vector<float>& curvature = state_.moments[i].second;
         const bool weighs = method(i) == OptimizerKind::GaussNewton && curvature.size() == now.size();
-        double sum = 0, weights = 0;
-        for (std::size_t k = 0; k < now.size(); ++k) {
-            const double d = (double(now[k]) - before[k]) / state_.moments[i].unit, weight = weighs ? curvature[k] : 1;
-            sum += weight * d * d;
-            weights += weight;
-        }
+        const double unit = state_.moments[i].unit;
+        const auto weight = [&](std::size_t k) { return weighs ? double(curvature[k]) : 1.0; };
+        const double weights = sumOfEntries(now.size(), weight);
+        const double sum = sumOfEntries(now.size(), [&](std::size_t k) {
+            const double d = (double(now[k]) - before[k]) / unit;
+            return weight(k) * d * d;
+        });
         if (weights > 0)
             all += sum / weights * double(now.size());
         count += double(now.size());
@@ -253,7 +262,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
             config_.onImage(view, image.mean());
         loss = evaluateLoss(config_.loss, image.half, target.image, target.mask, target.clipped);
         if (weighsByNoise())
-            weighByNoise(config_.loss, image.half, target, loss.value, loss.adjoint);
+            weigh(loss.adjoint, noiseWeights(config_.loss, image.half, target, loss.value));
         if (views > 1)
             for (float& value : loss.adjoint.values)
                 value /= float(views);
@@ -312,8 +321,8 @@ double Optimization::rateFactor() const {
 void Optimization::guessUnseen(std::size_t i) {
     constexpr std::uint32_t kFirst = 8;
     Moments& moments = state_.moments[i];
-    if (moments.seen && moments.steps >= kFirst && std::has_single_bit(moments.steps))
-        moments.expected = expectUnseen(scene_.parameters[parameters_[i]], *moments.seen);
+    if (moments.steps >= kFirst && std::has_single_bit(moments.steps))
+        moments.expected = moments.seen ? expectUnseen(scene_.parameters[parameters_[i]], *moments.seen) : nullptr;
 }
 
 void Optimization::sumUp(StepReport& report) {
@@ -398,7 +407,6 @@ std::size_t Optimization::carriedViews() const {
 // The step's images, with the values that they are of.
 void Optimization::keepImages() {
     auto now = std::make_shared<StepValues>();
-    now->step = state_.step;
     for (const std::uint32_t p : parameters_)
         now->values.push_back(scene_.parameters[p].values);
     state_.images.resize(model_.views());

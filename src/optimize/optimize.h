@@ -84,7 +84,6 @@ struct ViewLoss {
 
 // Values of all parameters at a step, which views may share.
 struct StepValues {
-    std::uint32_t step = 0;
     std::vector<std::vector<float>> values;
 };
 using SharedValues = std::shared_ptr<const StepValues>;
@@ -115,7 +114,7 @@ class Optimization {
 
     // Now and then the curvature of the loss, once for each group of slots. For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
     // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
-    // after a whole step, this one or the last: the device has no part in what changes it.
+    // after a whole step, this one or the last: the device has no part in what changes it. But not where memory runs out in the update itself.
     StepReport step();
     double nextWork() const; // of the next step, about: in passes of one view
     // To go on where another run of the same parameters was after a step: with its values and gradients, which fit.
@@ -153,8 +152,8 @@ class Optimization {
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
     bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet
-    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed.
-    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Target& target);
+    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `weight`: the curvature of its loss by the image.
+    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight);
     // By which a parameter moves where curvature is measured; refers to its values.
     CurvatureDirection curvatureDirection(std::size_t parameter) const;
     void addDiagonal(std::size_t parameter);

@@ -104,9 +104,10 @@ float slotRate(const OptimizerConfig& config, SlotKind kind) {
 }
 
 OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton) {
-    if (asked != OptimizerKind::Auto)
+    if (asked != OptimizerKind::Auto && asked != OptimizerKind::GaussNewton)
         return asked;
-    return newton && !mixesChannels(kind) ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
+    // Where channels mix, as those of a direction do, no diagonal bounds the curvature, and a step by it would turn what it should not.
+    return (newton || asked == OptimizerKind::GaussNewton) && !mixesChannels(kind) ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
 }
 
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor) {

@@ -29,9 +29,9 @@ struct OptimizerConfig {
     // SGD: m = momentum * m + g; the step is rate * m * texels. Times the number of texels because the gradient by a texel shrinks
     // with its area: a rate then means the same at every resolution.
     float momentum = 0.9f;
-    // Gauss-Newton (optimize/gauss_newton.h) knows how long its steps are; the rate bounds them.
     // Step per update of a parameter of each kind. Kinds without an upper bound (emission, radiance) step in units of the mean
-    // of their starting values. Negative: the optimiser's default, below.
+    // of their starting values. Negative: the optimiser's default, below. Gauss-Newton (optimize/gauss_newton.h) knows how long its steps are; the rate bounds
+    // them.
     SlotRates rates = defaultRates();
     Schedule schedule = Schedule::Constant;
     float finalFactor = 0.1f; // what the schedule has multiplied the rate by at the last step

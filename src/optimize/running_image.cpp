@@ -111,16 +111,4 @@ Image RunningImage::mean() const {
     return image;
 }
 
-double RunningImage::variance() const {
-    const std::size_t count = half[0].values.size();
-    return orderedSum<double>(count, kChunk, [&](std::size_t begin, std::size_t end) {
-               double sum = 0;
-               for (std::size_t i = begin; i < end; ++i) {
-                   const double d = double(half[0].values[i]) - half[1].values[i];
-                   sum += std::isfinite(d) ? d * d : 0;
-               }
-               return sum;
-           }) / (4 * double(std::max<std::size_t>(1, count)));
-}
-
 } // namespace cmpg

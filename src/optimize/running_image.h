@@ -38,7 +38,6 @@ struct RunningImage {
     // Those of step t. `shares`: by pixel, how much it matters in the averages; empty: all alike. `change`: mean square of how far the parameters went.
     void advance(const ImageHalves& halves, std::span<const float> shares, double change);
     Image mean() const;
-    double variance() const; // of mean(), averaged over its entries
 
   private:
     void count(const ImageHalves& halves, std::size_t pixels);

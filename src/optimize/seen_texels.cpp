@@ -49,8 +49,10 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
         sharesOf(parameter, owners, std::span(first.vertices).subspan(first.begin[p], first.begin[p + 1] - first.begin[p]), shares);
         if (shares.empty())
             continue;
-        if (pixelShares_.size() + shares.size() > kMostShares)
+        if (pixelShares_.size() + shares.size() > kMostShares) {
+            whole_ = false;
             break;
+        }
         float cover = 0;
         for (const auto& [texel, share] : shares) {
             pixelShares_.column.push_back(texel);
@@ -131,6 +133,7 @@ void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<flo
 }
 
 void SeenTexels::save(ByteWriter& out) const {
+    out.put(std::uint8_t(whole_));
     out.count(texels_);
     out.count(channels_);
     out.count(pixelShares_.rows());
@@ -144,6 +147,7 @@ void SeenTexels::save(ByteWriter& out) const {
 
 void SeenTexels::restore(ByteReader& in, std::size_t entries) {
     const auto figures = [](const std::vector<float>& values) { return std::all_of(values.begin(), values.end(), [](float v) { return v >= 0 && std::isfinite(v); }); };
+    const bool whole = in.get<std::uint8_t>() != 0;
     const auto texels = in.get<std::uint64_t>(), channels = in.get<std::uint64_t>();
     if (channels < 1 || channels > 3 || texels != entries / channels || texels * channels != entries)
         throw Malformed{"the texels that cameras see are of another texture"};
@@ -164,6 +168,7 @@ void SeenTexels::restore(ByteReader& in, std::size_t entries) {
     std::vector<float> curvature = in.reals<float>();
     if (shares.share.size() != shares.column.size() || curvature.size() != shares.rows() * channels || !figures(shares.share) || !figures(curvature))
         throw Malformed{"the curvature by texels that cameras see does not fit"};
+    whole_ = whole;
     texels_ = std::size_t(texels);
     channels_ = std::size_t(channels);
     pixelShares_ = std::move(shares);

@@ -16,7 +16,7 @@ namespace cmpg {
 // curves by c_p, of each channel, with all that it sees of the texture: together C_c = sum_p c_p F_p^T F_p of texels, for each channel.
 class SeenTexels {
   public:
-    // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells. `owners`: by material of the scene, whether the
+    // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells, and isWhole() no longer holds. `owners`: by material of the scene, whether the
     // parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, and what is seen of the
     // texture is lit evenly: 3 x 3 pixels share theirs.
     void add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature);
@@ -24,6 +24,7 @@ class SeenTexels {
     void finish();
 
     bool empty() const { return pixelShares_.size() == 0; }
+    bool isWhole() const { return whole_; } // all that the views see
     bool fits(const Parameter& parameter) const { return texels_ == std::size_t(parameter.width) * parameter.height && channels_ == parameter.channels; }
     // By entry: the sums of C's rows; its diagonal.
     std::span<const float> rows() const { return rows_; }
@@ -45,6 +46,7 @@ class SeenTexels {
         std::size_t size() const { return share.size(); }
     };
 
+    bool whole_ = true;
     std::size_t texels_ = 0, channels_ = 0;
     Shares pixelShares_, texelShares_; // F, F^T
     std::vector<float> curvature_;     // c, by row of F and channel

@@ -9,10 +9,10 @@
 namespace cmpg {
 
 std::shared_ptr<const ExpectedDifferences> expectUnseen(const Parameter& parameter, const SeenTexels& seen) {
-    constexpr double kTold = 0.1;                               // of the mean of what pixels see of a texel: images tell little of what only few rays meet
+    constexpr double kTold = 0.1;                               // of the mean of what images tell of a texel, which is little of what only few rays meet
     constexpr std::size_t kMostExpected = std::size_t(1) << 20; // expected differences take 24 bytes each
     const std::size_t channels = parameter.channels, texels = parameter.entries() / channels;
-    if (texels > kMostExpected)
+    if (texels > kMostExpected || !seen.isWhole())
         return nullptr;
     const std::span<const float> rows = seen.rows();
     const double mean = std::accumulate(rows.begin(), rows.end(), 0.0) / double(texels);

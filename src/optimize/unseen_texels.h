@@ -8,8 +8,8 @@
 
 namespace cmpg {
 
-// By how much neighbours of which a camera sees none or one are expected to differ, from the pattern of the values that are seen (guessTexture). Null where they
-// are expected to be alike: the pattern is no better, or the texture has more than 1024 x 1024 texels.
+// By how much neighbours of which images tell of none or one are expected to differ, from the pattern of the values that they tell of (guessTexture). Null where
+// they are expected to be alike: the pattern is no better, the texture has more than 1024 x 1024 texels, or not all that cameras see is kept.
 std::shared_ptr<const ExpectedDifferences> expectUnseen(const Parameter& parameter, const SeenTexels& seen);
 
 } // namespace cmpg

@@ -8,7 +8,7 @@
 namespace cmpg::test {
 namespace {
 
-// A gradient of two entries and, of a sample, a variance of 1 in each.
+// A gradient of two entries and, of a sample, a standard deviation of `deviation` in each.
 class NoisyModel final : public ImageModel {
   public:
     static constexpr double kTruth[] = {3, -1};
@@ -24,7 +24,7 @@ class NoisyModel final : public ImageModel {
     }
     std::uint64_t reversePart(std::size_t, std::uint32_t spp, const PassKey&, const Image&, std::vector<std::vector<double>>& gradients) override {
         for (std::size_t i = 0; i < 2; ++i)
-            gradients[0][i] += kTruth[i] + normal_(random_) / std::sqrt(double(spp));
+            gradients[0][i] += kTruth[i] + deviation * normal_(random_) / std::sqrt(double(spp));
         return spp;
     }
     std::uint64_t reverseHalves(std::size_t, std::uint32_t, const PassKey&, const Image&, std::vector<std::vector<double>>&,
@@ -39,13 +39,28 @@ class NoisyModel final : public ImageModel {
     void setParameter(std::uint32_t, std::span<const float>) override {}
 
     int told = 0;
-    double noise = 0;
+    double noise = 0, deviation = 1;
     std::vector<std::vector<double>> toldOf;
 
   private:
     std::mt19937 random_{3};
     std::normal_distribution<double> normal_;
 };
+
+// Whatever the number of batches, what they have in common is no noise.
+TEST(BatchedModel, HasNoNoiseWhereBatchesAgree) {
+    for (const std::uint32_t batches : {8u, 9u, 63u}) {
+        NoisyModel inner;
+        inner.deviation = 0;
+        BatchedModel model(inner, {.batches = batches, .samples = 4});
+        std::vector<std::vector<double>> gradients{{0, 0}}, half{{0, 0}};
+        model.reverseHalves(0, 0, {}, Image(1, 1, 3), gradients, half);
+        for (std::size_t i = 0; i < 2; ++i) {
+            EXPECT_NEAR(gradients[0][i], NoisyModel::kTruth[i], 1e-6);
+            EXPECT_NEAR(half[0][i], 0, 1e-12) << batches;
+        }
+    }
+}
 
 TEST(BatchedModel, TellsTheNoiseOfTheWholeGradientOnce) {
     constexpr int kGradients = 800;

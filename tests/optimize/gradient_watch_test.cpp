@@ -68,6 +68,9 @@ TEST(GradientWatch, IsSilentWhereNoiseIsAllThatIsLeft) {
     Watched precise;
     EXPECT_EQ(precise.steps(40, 1, 1e-6, 0.01, 1e-6), Events());
     EXPECT_EQ(precise.steps(40, 1, 1e-4, 0.01, 1e-6), Events{"gradients_explode"});
+    Watched below;
+    EXPECT_EQ(below.steps(40, 1, -1e-6, 0.01, 1e-6), Events());
+    EXPECT_EQ(below.steps(40, 1, 1, 0.01, 1e-6), Events{"gradients_explode"});
 }
 
 TEST(GradientWatch, TellsOfStalls) {

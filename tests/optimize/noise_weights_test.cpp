@@ -26,7 +26,7 @@ void makeNoisy(std::array<Image, 2>& halves, int x, int y, float deviation) {
 // The weights, as an adjoint of ones shows them.
 Image weights(const std::array<Image, 2>& halves, double value, const Target& target, Loss loss = Loss::Mse) {
     Image adjoint(kSize, kSize, 3, 1.f);
-    weighByNoise(loss, halves, target, value, adjoint);
+    weigh(adjoint, noiseWeights(loss, halves, target, value));
     return adjoint;
 }
 

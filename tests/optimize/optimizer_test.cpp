@@ -104,6 +104,16 @@ TEST(Optimizer, ProjectsToTheRange) {
 }
 
 // A normal map of scale 2 has texels like these. Without a gradient they are made unit vectors, and no component is clamped alone.
+// A diagonal bounds no curvature where channels are one direction: Adam steps these, whoever asks for Gauss-Newton.
+TEST(Optimizer, GaussNewtonLeavesDirectionsToAdam) {
+    for (const OptimizerKind asked : {OptimizerKind::Auto, OptimizerKind::GaussNewton}) {
+        EXPECT_EQ(methodOf(asked, SlotKind::Normal, true), OptimizerKind::Adam);
+        EXPECT_EQ(methodOf(asked, SlotKind::SheenColor, true), OptimizerKind::Adam);
+        EXPECT_EQ(methodOf(asked, SlotKind::BaseColor, true), OptimizerKind::GaussNewton);
+    }
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, false), OptimizerKind::Adam);
+}
+
 TEST(Optimizer, LongNormalsKeepTheirDirection) {
     Parameter parameter = makeParameter("m.normal", SlotKind::Normal, 2, 1, 3, 0);
     parameter.values = {1.2f, 0, 0.8f, -1.8f, 1.5f, 0.3f};

@@ -62,6 +62,22 @@ TEST(PixelShares, NoAnswerIsNoShare) {
     EXPECT_TRUE(answers.shares(kSize, kSize).empty());
 }
 
+// A mask leaves the upper half: it gets all samples, also those that go to all pixels alike.
+TEST(PixelShares, MaskedPixelsGetNone) {
+    std::vector<float> mask(kSize * kSize, 0.f);
+    std::fill_n(mask.begin(), mask.size() / 2, 0.5f);
+    Image a(kSize, kSize, 3, 1), b = a;
+    for (int x = 0; x < kSize; ++x)
+        std::fill_n(b.at(x, x), 3, -0.5f); // what halves do not agree on
+    PixelAnswers answers;
+    answers.add(a, b, mask);
+    const std::vector<float> shares = answers.shares(kSize, kSize);
+    ASSERT_EQ(shares.size(), mask.size());
+    EXPECT_NEAR(meanShare(shares), 1, 1e-4);
+    for (std::size_t p = 0; p < shares.size(); ++p)
+        EXPECT_EQ(shares[p] > 0, mask[p] > 0) << p;
+}
+
 // Paths that overflowed say nothing, and the largest numbers that are left are finite shares.
 TEST(PixelShares, SharesAreFinite) {
     Image image(kSize, kSize, 3, 1);

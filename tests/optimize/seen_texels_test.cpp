@@ -2,6 +2,7 @@
 #include "linear_model.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/seen_texels.h"
+#include "optimize/unseen_texels.h"
 #include "scene/texel_lookup.h"
 
 #include <gtest/gtest.h>
@@ -88,6 +89,37 @@ TEST(SeenTexels, IsTheMatrixOfWhatPixelsSee) {
             EXPECT_NEAR(seen.diagonal()[j], matrix[j * n + j], 1e-5);
         }
     }
+}
+
+// One view fills what is kept of all: then not all that cameras see is known, and nothing is guessed from it.
+TEST(SeenTexels, SaysWhetherAllIsKept) {
+    constexpr std::size_t kPixels = SeenTexels::kMostShares / 6; // of up to eight texels each
+    FirstVertices first;
+    first.begin = {0};
+    for (std::size_t p = 0; p < kPixels; ++p) {
+        const float u = float(p % 700) / 1024, v = float(p / 700 % 700) / 1024;
+        first.vertices.push_back({0, {u, v}, {}});
+        first.vertices.push_back({0, {u + 0.2f, v}, {}});
+        first.begin.push_back(first.vertices.size());
+    }
+    const Parameter t = makeParameter("m.slot", SlotKind::Roughness, 64, 64, 1, 0.5f);
+    SeenTexels seen;
+    Image curvature(int(kPixels), 1, 3, 1.f);
+    FirstVertices few;
+    few.begin = {first.begin.begin(), first.begin.begin() + 1001};
+    few.vertices = {first.vertices.begin(), first.vertices.begin() + 2000};
+    seen.add(t, {true}, few, Image(1000, 1, 3, 1.f));
+    EXPECT_TRUE(seen.isWhole());
+    seen.add(t, {true}, first, curvature);
+    EXPECT_FALSE(seen.isWhole());
+    seen.finish();
+    EXPECT_EQ(expectUnseen(t, seen), nullptr);
+    ByteWriter out;
+    seen.save(out);
+    ByteReader in(out.bytes);
+    SeenTexels kept;
+    kept.restore(in, t.entries());
+    EXPECT_FALSE(kept.isWhole());
 }
 
 TEST(SeenTexels, AFileKeepsIt) {

@@ -7,8 +7,8 @@ namespace cmpg {
 
 // Which quadrants have children after a refinement.
 struct QuadRefinement {
-    double share = 0.01;         // those with a larger share of any mass of the tree,
-    std::uint32_t maxDepth = 10; // unless they lie this deep; the root's quadrants have depth 1
+    double share;           // those with a larger share of any mass of the tree,
+    std::uint32_t maxDepth; // unless they lie this deep; the root's quadrants have depth 1
 };
 
 // Nodes of a tree after its refinement, and how many of them exist already.

@@ -46,7 +46,7 @@ std::optional<double> PassDifferences::varianceOf(const std::vector<std::vector<
     Differences pair;
     for (std::size_t p = 0; p < a.size(); ++p)
         for (std::size_t i = 0; i < a[p].size(); ++i)
-            pair.add(b[p][i] - double(float(a[p][i])));
+            pair.add(b[p][i] - a[p][i]);
     return pair.variance();
 }
 
