@@ -4,7 +4,6 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "optimize/curvature_passes.h"
-#include "optimize/entry_loops.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/loaded_target.h"
 #include "optimize/noise_weights.h"
@@ -16,13 +15,9 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace cmpg {
 namespace {
-
-constexpr float kMostSamples = 1 << 20; // of a pixel, in a step
-constexpr double kMostDifferent = 10;   // variances of two methods of images: a few bright paths make one look bad
 
 struct SquareSum {
     double squares = 0;
@@ -159,88 +154,6 @@ StepReport Optimization::wholeStep() {
 
 double Optimization::nextWork() const {
     return double(viewOrder().viewsOf(state_.step).size()) * double(measuresAnyDiagonal() ? 1 + curvatureGroups().size() : 1);
-}
-
-RunningImage Optimization::image(std::size_t view, const Target& target, std::uint32_t step) {
-    if (!carriesImages()) {
-        RunningImage image;
-        image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false, {}));
-        return image;
-    }
-    PassKey key{config_.seed, std::uint32_t(view), kPrimalPass};
-    RunningImage image = view < state_.images.size() ? state_.images[view] : RunningImage();
-    const bool first = image.empty();
-    key.firstSample = image.used;
-    const std::uint32_t spp = first ? config_.spp : imageSamples(view, target);
-    const Sampling method = model_.imageMethod();
-    if (!first) {
-        setImageValues(view);
-        if (const double before = model_.imageVariance(image.method), now = model_.imageVariance(method); method != image.method && before > 0 && now > 0)
-            image.changeMethod(method, std::clamp(now / before, 1 / kMostDifferent, kMostDifferent));
-    }
-    // Each pixel has one sequence of samples for all steps.
-    const std::vector<std::uint32_t> counts = countsOf(view, spp);
-    ImageHalves halves = model_.renderHalves(view, spp, key, true, {counts, image.samples});
-    if (first)
-        image.begin(std::move(halves), method);
-    else
-        image.advance(halves, shares_[view], changeSquared(view));
-    return image;
-}
-
-std::uint32_t Optimization::imageSamples(std::size_t view, const Target& target) const {
-    // Differences of images are noisy while steps are long, which they are while gradients are signal.
-    double signal = newton() ? 0 : 1;
-    for (std::size_t i = 0; i < parameters_.size(); ++i)
-        if (method(i) == OptimizerKind::GaussNewton)
-            signal = std::max(signal, signalShare(state_.moments[i].noise[0]));
-    double noise = 0; // the share of the image's noise in what steps lower
-    if (isSquared(config_.loss)) {
-        const std::optional<Residual> found = residual(config_.loss, state_.images[view], target, shares_[view]);
-        noise = found && found->whole > 0 ? std::clamp(1 - found->beyond / found->whole, 0.0, 1.0) : 0;
-    }
-    constexpr double kLeast = 2; // of both halves
-    return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * 0.5 * (std::max(signal, noise) + noise)));
-}
-
-// The model's second values: those of the view's image.
-void Optimization::setImageValues(std::size_t view) {
-    if (second_ == state_.imageValues[view])
-        return;
-    second_ = state_.imageValues[view];
-    for (std::size_t i = 0; i < parameters_.size(); ++i)
-        model_.setSecondValues(parameters_[i], second_->values[i]);
-}
-
-// Mean square of how far the values are from those of the view's image, in their units; where the curvature is known weighed by it: what images do not answer
-// to, such as texels that no camera sees, changes none.
-double Optimization::changeSquared(std::size_t view) const {
-    double all = 0, count = 0;
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        const std::vector<float>&now = scene_.parameters[parameters_[i]].values, &before = state_.imageValues[view]->values[i];
-        const std::vector<float>& curvature = state_.moments[i].second;
-        const bool weighs = method(i) == OptimizerKind::GaussNewton && curvature.size() == now.size();
-        const double unit = state_.moments[i].unit;
-        const auto weight = [&](std::size_t k) { return weighs ? double(curvature[k]) : 1.0; };
-        const double weights = sumOfEntries(now.size(), weight);
-        const double sum = sumOfEntries(now.size(), [&](std::size_t k) {
-            const double d = (double(now[k]) - before[k]) / unit;
-            return weight(k) * d * d;
-        });
-        if (weights > 0)
-            all += sum / weights * double(now.size());
-        count += double(now.size());
-    }
-    return count > 0 ? all / count : 0;
-}
-
-std::vector<std::uint32_t> Optimization::countsOf(std::size_t view, std::uint32_t spp) const {
-    if (view >= shares_.size() || shares_[view].empty())
-        return {};
-    std::vector<std::uint32_t> counts;
-    for (const float share : shares_[view])
-        counts.push_back(1 + std::uint32_t(std::min(0.5f + std::max(0.f, 0.5f * float(spp) - 1) * share, kMostSamples)));
-    return counts;
 }
 
 void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {
@@ -387,41 +300,6 @@ void Optimization::raiseToFloors() {
                 value = std::max(value, least);
 }
 
-// The first of the views: their images, and the values that these are of, stay in memory. Where steps do not see all views, images are of values of
-// several steps. Those of the other views begin anew every time.
-std::size_t Optimization::carriedViews() const {
-    std::size_t values = 0;
-    for (const std::uint32_t p : parameters_)
-        values += scene_.parameters[p].values.size() * sizeof(float);
-    const bool shared = seesAll();
-    std::size_t bytes = shared ? values : 0, count = 0;
-    for (; count < model_.views(); ++count) {
-        const auto [width, height] = model_.size(count);
-        bytes += RunningImage::bytes(std::size_t(width) * std::size_t(height)) + (shared ? 0 : values);
-        if (bytes > config_.imageBytes)
-            break;
-    }
-    return std::max<std::size_t>(count, 1);
-}
-
-// The step's images, with the values that they are of.
-void Optimization::keepImages() {
-    auto now = std::make_shared<StepValues>();
-    for (const std::uint32_t p : parameters_)
-        now->values.push_back(scene_.parameters[p].values);
-    state_.images.resize(model_.views());
-    state_.imageValues.resize(model_.views());
-    for (auto& [view, image] : images_) {
-        const bool kept = !image.empty();
-        state_.images[view] = std::move(image);
-        state_.imageValues[view] = kept ? now : nullptr;
-        if (!kept)
-            state_.pixelShares[view] = std::vector<float>();
-    }
-    images_.clear();
-    second_.reset();
-}
-
 std::uint64_t Optimization::move(std::size_t i, double factor) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
@@ -442,54 +320,6 @@ void Optimization::publish(StepReport& report) {
                 model_.setParameter(p, scene_.parameters[p].values);
     }
     model_.publish();
-}
-
-void Optimization::requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values,
-                               const std::vector<std::vector<double>>& gradients) const {
-    const bool begun = !state.history.empty();
-    bool fits = values.size() == parameters_.size() && gradients.size() == (begun ? parameters_.size() : 0) && state.moments.size() == parameters_.size();
-    for (std::size_t i = 0; fits && i < parameters_.size(); ++i) {
-        const std::size_t entries = scene_.parameters[parameters_[i]].entries();
-        const Moments& moments = state.moments[i];
-        fits = values[i].size() == entries && (!begun || gradients[i].size() == entries) && moments.first.size() == entries &&
-               moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) &&
-               (!moments.seen || moments.seen->fits(scene_.parameters[parameters_[i]])) && !moments.noise.empty() &&
-               (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);
-    }
-    fits = fits && state.imageValues.size() == state.images.size() && (state.images.empty() || state.images.size() == model_.views());
-    for (std::size_t view = 0; fits && view < state.images.size(); ++view) {
-        fits = state.images[view].empty() == !state.imageValues[view];
-        for (std::size_t i = 0; fits && state.imageValues[view] && i < values.size(); ++i)
-            fits = state.imageValues[view]->values.size() == values.size() && state.imageValues[view]->values[i].size() == values[i].size();
-    }
-    const std::size_t constants = constantUnits().size();
-    const ConstantCurvature& curvature = state.constants;
-    fits = fits && (curvature.empty() || curvature.matrix.size() == constants * constants) && curvature.noise.size() == curvature.matrix.size() &&
-           curvature.others.size() == (curvature.empty() ? 0 : constants) && curvature.at.size() == curvature.others.size();
-    const CarriedGradient& carried = state.carried;
-    fits = fits && (carried.mean.empty() || carried.mean.size() == constants) && carried.variance.size() == carried.mean.size() &&
-           carried.squares.size() == carried.mean.size() && carried.at.size() == carried.mean.size();
-    fits = fits && (state.losses.empty() || state.losses.size() == model_.views());
-    fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
-    for (std::size_t view = 0; fits && view < model_.views(); ++view) {
-        const auto [width, height] = model_.size(view);
-        if (!state.images.empty() && !state.images[view].empty())
-            fits = state.images[view].half[0].width == width && state.images[view].half[0].height == height;
-        if (!state.pixelShares.empty())
-            fits = fits && (state.pixelShares[view].empty() || state.pixelShares[view].size() == std::size_t(width) * std::size_t(height));
-    }
-    if (!fits)
-        throw Error(ErrorKind::Input, "what was kept of the run has other parameters", "their number, their sizes or the optimiser changed");
-}
-
-void Optimization::restore(OptimizeState state, const std::vector<std::vector<float>>& values, std::vector<std::vector<double>> gradients) {
-    requireFits(state, values, gradients);
-    state_ = std::move(state);
-    gradients_ = std::move(gradients);
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        scene_.parameters[parameters_[i]].values = values[i];
-        model_.setParameter(parameters_[i], values[i]);
-    }
 }
 
 Image Optimization::render(std::size_t view, std::uint32_t spp) {

@@ -24,8 +24,8 @@ constexpr SlotRates defaultRates() {
 struct OptimizerConfig {
     OptimizerKind kind = OptimizerKind::Adam;
     // Adam (Kingma and Ba 2015): the step of an entry is rate * m / (sqrt(v) + epsilon). Gradients of a mean over an image are of
-    // the order of 1e-9 for a texel, so epsilon is far below the usual 1e-8.
-    float beta1 = 0.9f, beta2 = 0.999f, epsilon = 1e-15f;
+    // the order of 1e-9 for a texel, and fall with the square of the light: 1e-17 where targets are 1e-4 as bright. So epsilon is far below the usual 1e-8.
+    float beta1 = 0.9f, beta2 = 0.999f, epsilon = 1e-19f;
     // SGD: m = momentum * m + g; the step is rate * m * texels. Times the number of texels because the gradient by a texel shrinks
     // with its area: a rate then means the same at every resolution.
     float momentum = 0.9f;

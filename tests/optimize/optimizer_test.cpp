@@ -46,7 +46,7 @@ TEST(Optimizer, AdamFollowsADoublePrecisionReference) {
             g[i] = (normal(random) + 0.2) * std::pow(10.0, -double(i % 13));
             m[i] = 0.9 * m[i] + 0.1 * g[i];
             v[i] = 0.999 * v[i] + 0.001 * g[i] * g[i];
-            p[i] -= 0.003 * (m[i] / (1 - std::pow(0.9, step + 1))) / (std::sqrt(v[i] / (1 - std::pow(0.999, step + 1))) + 1e-15);
+            p[i] -= 0.003 * (m[i] / (1 - std::pow(0.9, step + 1))) / (std::sqrt(v[i] / (1 - std::pow(0.999, step + 1))) + double(config.epsilon));
             p[i] = std::clamp(p[i], 0.0, 1.0);
         }
         updateParameter(config, step, 1, g, moments, parameter);
