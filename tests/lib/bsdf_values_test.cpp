@@ -1,6 +1,7 @@
 // Material values and derivatives: float against double, derivatives against differences, energy, reciprocity, extremes.
 #include "central_difference.h"
 #include "evaluate.h"
+#include "relative_error.h"
 #include "shader_double.h"
 
 #include <algorithm>
@@ -26,16 +27,6 @@ Query with(Query q, float Query::* member, float value) {
     return q;
 }
 
-// Largest |a - b| / scale over the channels; where the scale is 0 both must be 0.
-double relative(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& scale) {
-    double worst = 0;
-    for (int c = 0; c < 3; ++c) {
-        const double error = a[c] == b[c] ? 0 : std::abs(a[c] - b[c]) / scale[c];
-        if (!(error <= worst)) worst = error; // keeps what is not a number
-    }
-    return worst;
-}
-
 // A quantity that is a difference of positive terms is compared relative to the terms' sum: it crosses 0.
 void comparePrecisions(double minCosine, double tolerance, double normalTolerance) {
     QueryGenerator generate(17, minCosine);
@@ -47,12 +38,12 @@ void comparePrecisions(double minCosine, double tolerance, double normalToleranc
         const glm::dvec3 roughness = d.value * (4.0 * q.roughness / alpha); // |d ln D / d alpha| <= 2 / alpha
         const glm::dvec3 metallic = evaluateDouble(with(q, &Query::metallic, 0)).value + evaluateDouble(with(q, &Query::metallic, 1)).value;
         const glm::dvec3 specular = evaluateDouble(with(q, &Query::specular, 0)).value + evaluateDouble(with(q, &Query::specular, 1)).value;
-        ASSERT_LE(relative(f.value, d.value, d.value), tolerance) << "value; " << describe(q);
-        ASSERT_LE(relative(glm::dvec3(f.pdf), pdf, pdf), tolerance) << "density; " << describe(q);
-        ASSERT_LE(relative(f.baseColor, d.baseColor, d.baseColor), tolerance) << "d baseColor; " << describe(q);
-        ASSERT_LE(relative(f.roughness, d.roughness, roughness), tolerance) << "d roughness; " << describe(q);
-        ASSERT_LE(relative(f.metallic, d.metallic, metallic), tolerance) << "d metallic; " << describe(q);
-        ASSERT_LE(relative(f.specular, d.specular, specular), tolerance) << "d specular; " << describe(q);
+        ASSERT_LE(relativeError(f.value, d.value, d.value), tolerance) << "value; " << describe(q);
+        ASSERT_LE(relativeError(glm::dvec3(f.pdf), pdf, pdf), tolerance) << "density; " << describe(q);
+        ASSERT_LE(relativeError(f.baseColor, d.baseColor, d.baseColor), tolerance) << "d baseColor; " << describe(q);
+        ASSERT_LE(relativeError(f.roughness, d.roughness, roughness), tolerance) << "d roughness; " << describe(q);
+        ASSERT_LE(relativeError(f.metallic, d.metallic, metallic), tolerance) << "d metallic; " << describe(q);
+        ASSERT_LE(relativeError(f.specular, d.specular, specular), tolerance) << "d specular; " << describe(q);
         for (int c = 0; c < 3; ++c) {
             ASSERT_LE(glm::length(f.normal[c] - d.normal[c]), normalTolerance * glm::length(d.normal[c])) << "d normal; " << describe(q);
         }
@@ -93,7 +84,7 @@ TEST(BsdfDerivatives, AgreeWithCentralDifferences) {
         };
         // Relative to the size of the value over the range of the parameter, which is what rounding scales with.
         const auto check = [&](const char* what, const glm::dvec3& ours, const glm::dvec3& differences, const glm::dvec3& scale) {
-            EXPECT_LE(relative(ours, differences, scale), 1e-6) << what << "; " << describe(q);
+            EXPECT_LE(relativeError(ours, differences, scale), 1e-6) << what << "; " << describe(q);
         };
         const glm::dvec3 metallic = library.bsdfCos(surfaceOf(with(q, &Query::metallic, 0)), n, wo, wi)
                                   + library.bsdfCos(surfaceOf(with(q, &Query::metallic, 1)), n, wo, wi);
@@ -176,7 +167,7 @@ TEST(Bsdf, EqualsTheFormulasOfTheFormat) {
         const glm::dvec3 n = glm::normalize(glm::dvec3(q.normal)), wo = glm::normalize(glm::dvec3(q.wo)), wi = glm::normalize(glm::dvec3(q.wi));
         const glm::dvec3 expected = textbook(surfaceOf(q), n, wo, wi);
         // The textbook form of D loses 1e-16 / alpha^2 to cancellation.
-        ASSERT_LE(relative(library.bsdfCos(surfaceOf(q), n, wo, wi), expected, expected + 1e-12), 2e-9) << describe(q);
+        ASSERT_LE(relativeError(library.bsdfCos(surfaceOf(q), n, wo, wi), expected, expected + 1e-12), 2e-9) << describe(q);
     }
 }
 
@@ -188,7 +179,7 @@ TEST(Bsdf, IsReciprocal) {
         const glm::dvec3 n(q.normal), wo(q.wo), wi(q.wi);
         const glm::dvec3 there = library.bsdfCos(surfaceOf(q), n, wo, wi) * std::abs(glm::dot(n, wo));
         const glm::dvec3 back = library.bsdfCos(surfaceOf(q), n, wi, wo) * std::abs(glm::dot(n, wi));
-        ASSERT_LE(relative(there, back, back), 1e-9) << describe(q);
+        ASSERT_LE(relativeError(there, back, back), 1e-9) << describe(q);
     }
 }
 

@@ -2,6 +2,7 @@
 #include "devices.h"
 
 #include "lib/evaluate.h"
+#include "lib/relative_error.h"
 #include "lib/shader_double.h"
 #include "support/evaluate_device.h"
 
@@ -14,17 +15,6 @@ namespace cmpg::test {
 namespace {
 
 using Library = shader_double::ShaderLibrary;
-
-// Largest |a - b| / scale over the channels; where the scale is 0 both must be 0.
-double relative(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& scale) {
-    double worst = 0;
-    for (int c = 0; c < 3; ++c) {
-        const double error = a[c] == b[c] ? 0 : std::abs(a[c] - b[c]) / scale[c];
-        if (!(error <= worst))
-            worst = error; // keeps what is not a number
-    }
-    return worst;
-}
 
 Query with(Query q, float Query::* member, float value) {
     q.*member = value;
@@ -49,14 +39,12 @@ void compareBsdf(Device& device, double minCosine, double tolerance, double norm
         const glm::dvec3 metallic = evaluateDouble(with(q, &Query::metallic, 0)).value + evaluateDouble(with(q, &Query::metallic, 1)).value;
         const glm::dvec3 specular = evaluateDouble(with(q, &Query::specular, 0)).value + evaluateDouble(with(q, &Query::specular, 1)).value;
         lit += d.value.x > 0;
-        worst = std::max({worst, relative(f.value, d.value, d.value), relative(f.valueWithDerivatives, d.value, d.value),
-                          relative(f.baseColor, d.baseColor, d.baseColor), relative(f.metallic, d.metallic, metallic),
-                          relative(f.roughness, d.roughness, d.value * (4.0 * q.roughness / alpha)), relative(f.specular, d.specular, specular)});
-        worstPdf = std::max(worstPdf, relative(glm::dvec3(f.pdf), glm::dvec3(d.pdf), glm::dvec3(d.pdf)));
+        worst = std::max({worst, relativeError(f.value, d.value, d.value), relativeError(f.valueWithDerivatives, d.value, d.value),
+                          relativeError(f.baseColor, d.baseColor, d.baseColor), relativeError(f.metallic, d.metallic, metallic),
+                          relativeError(f.roughness, d.roughness, d.value * (4.0 * q.roughness / alpha)), relativeError(f.specular, d.specular, specular)});
+        worstPdf = std::max(worstPdf, relativeError(glm::dvec3(f.pdf), glm::dvec3(d.pdf), glm::dvec3(d.pdf)));
         for (int c = 0; c < 3; ++c) {
-            const double error = glm::length(f.normal()[c] - d.normal[c]), scale = glm::length(d.normal[c]);
-            if (error > 0)
-                worstNormal = std::max(worstNormal, error / scale);
+            worstNormal = std::max(worstNormal, relativeError(glm::length(f.normal()[c] - d.normal[c]), glm::length(d.normal[c])));
         }
         ASSERT_TRUE(worst <= tolerance && worstPdf <= tolerance && worstNormal <= normalTolerance)
             << "query " << i << ": value and derivatives " << worst << ", density " << worstPdf << ", normal " << worstNormal;
