@@ -2,12 +2,12 @@
 #include "base/communicator.h"
 
 #include "library/ranks.h"
+#include "support/environment.h"
+#include "support/processors.h"
 #include "support/thread_ranks.h"
 
 #include <cstdlib>
-#include <optional>
 #include <random>
-#include <sched.h>
 #include <thread>
 
 namespace cmpg {
@@ -38,10 +38,7 @@ class Neighbours final : public Communicator {
 };
 
 TEST(Communicator, RanksDivideTheProcessorsThatTheyShare) {
-    const char* const set = std::getenv("LP_NUM_THREADS");
-    const std::optional<std::string> before = set ? std::optional<std::string>(set) : std::nullopt;
-    cpu_set_t all;
-    ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+    const test::Environment restored("LP_NUM_THREADS", nullptr); // whatever is set below
     const auto threads = [](int ranks, int alike) {
         unsetenv("LP_NUM_THREADS");
         Neighbours neighbours(ranks, alike);
@@ -49,24 +46,21 @@ TEST(Communicator, RanksDivideTheProcessorsThatTheyShare) {
         const char* const found = std::getenv("LP_NUM_THREADS");
         return found ? std::atoi(found) : 0;
     };
-    const int count = CPU_COUNT(&all);
+    const int count = test::processorsAllowed();
     EXPECT_EQ(threads(1, 1), 0);
     EXPECT_EQ(threads(2, 2), std::max(1, count / 2));
     EXPECT_EQ(threads(4, 2), std::max(1, count / 2)); // two each in two sets
     EXPECT_EQ(threads(4, 1), count);
     EXPECT_EQ(threads(64, 64), std::max(1, count / 64));
-    cpu_set_t one = all; // fewer than there are
-    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) > 1; ++cpu)
-        CPU_CLR(cpu, &one);
-    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
-    EXPECT_EQ(threads(2, 2), 1);
-    EXPECT_EQ(threads(2, 1), 1);
-    ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+    {
+        const test::OneProcessor fewer;
+        EXPECT_EQ(threads(2, 2), 1);
+        EXPECT_EQ(threads(2, 1), 1);
+    }
     setenv("LP_NUM_THREADS", "3", 1);
     Neighbours neighbours(2, 2);
     v1::divideProcessors(neighbours);
     EXPECT_STREQ(std::getenv("LP_NUM_THREADS"), "3"); // who sets it knows better
-    before ? setenv("LP_NUM_THREADS", before->c_str(), 1) : unsetenv("LP_NUM_THREADS");
 }
 
 TEST(Communicator, SparseSumsAreSums) {

@@ -9,9 +9,11 @@
 #include "session/parameter_values.h"
 #include "session/output.h"
 #include "session/session.h"
+#include "support/environment.h"
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 namespace cmpg::test {
 namespace {
@@ -273,13 +275,13 @@ TEST(LiveRefine, MasksEndWithTheirScene) {
 TEST(LiveRefine, ASceneThatCannotBeReadAfterADeviceWasLost) {
     const ScratchFolder scratch;
     Options options = liveOptions("box", 64);
-    ::setenv("CMPG_FAULT", "lost:3", 1);
+    std::optional<const Environment> fault(std::in_place, "CMPG_FAULT", "lost:3");
     Watched live(options);
     live.untilError(1);
     live->openScene(scratch / "missing.gltf");
     auto state = live.untilError(2);
     EXPECT_NE(state->error.what.find("missing.gltf"), std::string::npos) << state->error.what;
-    ::unsetenv("CMPG_FAULT");
+    fault.reset();
     live->openScene(sceneFile("box"));
     live.until([](const LiveState& s) { return s.scene->number == 2 && s.imageSamples > 0; }, "an image");
 }

@@ -1,7 +1,7 @@
 // Buffers: transfers, accounting, failures.
 #include "base/error.h"
 #include "devices.h"
-#include "environment.h"
+#include "support/environment.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Device choice, validation, and facts about drivers that the kernels are designed around.
 #include "base/error.h"
 #include "devices.h"
-#include "environment.h"
+#include "support/environment.h"
 
 #include <gtest/gtest.h>
 

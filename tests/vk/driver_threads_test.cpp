@@ -1,5 +1,6 @@
 // Each of lavapipe's workers has a processor of its own, where there is one for each.
-#include "environment.h"
+#include "support/environment.h"
+#include "support/processors.h"
 #include "vk/device.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +13,8 @@
 
 namespace cmpg {
 namespace {
+
+using test::processorsAllowed;
 
 std::set<int> threads() {
     std::set<int> ids;
@@ -33,11 +36,6 @@ std::multiset<int> soleProcessors(const std::set<int>& without) {
         processors.insert(processor);
     }
     return processors;
-}
-
-int processorsAllowed() {
-    cpu_set_t allowed;
-    return sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : 0;
 }
 
 TEST(DriverThreads, HaveAProcessorEach) {

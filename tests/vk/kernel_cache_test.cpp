@@ -1,5 +1,5 @@
 // Specialised kernels on disk: what is found is what was made, and whatever is not is made anew.
-#include "environment.h"
+#include "support/environment.h"
 #include "vk/kernel_cache.h"
 #include "vk/kernel_file.h"
 #include "vk/specialize.h"

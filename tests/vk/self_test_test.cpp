@@ -1,7 +1,7 @@
 // The self-test of a device that is opened.
 #include "base/error.h"
 #include "devices.h"
-#include "environment.h"
+#include "support/environment.h"
 #include "vk/self_test.h"
 
 #include <gtest/gtest.h>
