@@ -3,7 +3,6 @@
 
 #include "app/parse_options.h"
 
-#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -99,17 +98,6 @@ ProgramResult RunningProgram::wait() {
     if (status_ < 0)
         waitpid(pid_, &status_, 0);
     return {WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_), readText(folder_ + "/out"), readText(folder_ + "/err")};
-}
-
-TemporaryFolder::TemporaryFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / ("cmpg-test-" + std::to_string(getpid()) + "-" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
 }
 
 void writeText(const std::string& file, const std::string& text) {

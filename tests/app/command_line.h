@@ -3,8 +3,8 @@
 
 #include "base/error.h"
 #include "session/options.h"
+#include "support/temp_folder.h"
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -42,16 +42,14 @@ class RunningProgram {
     std::string folder_;
 };
 
-// A folder of its own that goes with the object.
+// A folder of its own that goes with the object, and its files as arguments name them.
 class TemporaryFolder {
   public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-    std::string path() const { return path_.string(); }
+    std::string operator/(const std::string& name) const { return folder_ / name; }
+    std::string path() const { return folder_.path(); }
 
   private:
-    std::filesystem::path path_;
+    TempFolder folder_;
 };
 
 void writeText(const std::string& file, const std::string& text);

@@ -3,6 +3,7 @@
 #include "app/run_folder.h"
 #include "base/error.h"
 #include "session/output.h"
+#include "support/temp_folder.h"
 
 #include <algorithm>
 #include <fstream>
@@ -16,12 +17,6 @@ namespace fs = std::filesystem;
 
 class RunFolderFiles : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("cmpg_run_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::remove_all(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
     std::vector<std::string> csv() const {
         std::ifstream in(folder_ / "loss.csv");
         std::vector<std::string> lines;
@@ -30,7 +25,8 @@ class RunFolderFiles : public testing::Test {
         return lines;
     }
 
-    fs::path folder_;
+    const test::TempFolder temporary_;
+    const fs::path folder_ = temporary_ / "run"; // is not there yet
 };
 
 // Whatever keeps it from being made is an error of the output.

@@ -7,6 +7,7 @@
 #include "scene/image_decode.h"
 #include "scene/light_distribution.h"
 #include "scene/scene_file.h"
+#include "support/temp_folder.h"
 
 #include <cmath>
 
@@ -20,25 +21,21 @@ inline const LoadOptions kLimits = {.maxTextureSize = 512, .maxTriangles = 1 << 
 // The folder of the scene, with what it may name beside itself.
 class SceneFolder {
   public:
-    explicit SceneFolder(std::string name) : name_(std::move(name)) {
-        std::string pattern = (fs::exists("/dev/shm") ? "/dev/shm" : fs::temp_directory_path().string()) + "/cmpg-fuzz-XXXXXX";
-        path_ = ::mkdtemp(pattern.data());
-        writeFile(path_ / "image.png", encodePng(Image(2, 2, 3, 0.5f)));
-        writeFile(path_ / "sky.exr", encodeExr(Image(4, 2, 3, 0.5f)));
-        writeFile(path_ / "data.bin", Bytes(256, 0x3f));
+    explicit SceneFolder(std::string name) : name_(std::move(name)), folder_(fs::exists("/dev/shm") ? "/dev/shm" : fs::temp_directory_path()) {
+        writeFile(folder_ / "image.png", encodePng(Image(2, 2, 3, 0.5f)));
+        writeFile(folder_ / "sky.exr", encodeExr(Image(4, 2, 3, 0.5f)));
+        writeFile(folder_ / "data.bin", Bytes(256, 0x3f));
         const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1 2 4\n";
-        writeFile(path_ / "mesh.obj", {reinterpret_cast<const std::uint8_t*>(mesh.data()), mesh.size()});
+        writeFile(folder_ / "mesh.obj", {reinterpret_cast<const std::uint8_t*>(mesh.data()), mesh.size()});
         const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                                 "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
-        writeFile(path_ / "mesh.ply", {reinterpret_cast<const std::uint8_t*>(ply.data()), ply.size()});
+        writeFile(folder_ / "mesh.ply", {reinterpret_cast<const std::uint8_t*>(ply.data()), ply.size()});
         const std::string part = "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"included\"/></scene>";
-        writeFile(path_ / "part.xml", {reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
+        writeFile(folder_ / "part.xml", {reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
     }
-    ~SceneFolder() { fs::remove_all(path_); }
-    SceneFolder(const SceneFolder&) = delete;
 
     fs::path holding(Input scene) const {
-        const fs::path file = path_ / name_;
+        const fs::path file = folder_ / name_;
         std::FILE* const out = std::fopen(file.c_str(), "wb");
         const bool written = out && std::fwrite(scene.data(), 1, scene.size(), out) == scene.size() && std::fclose(out) == 0;
         require(written, "the input can be written");
@@ -47,7 +44,7 @@ class SceneFolder {
 
   private:
     std::string name_;
-    fs::path path_;
+    test::TempFolder folder_;
 };
 
 // What later code takes for granted.

@@ -4,12 +4,12 @@
 
 #include "base/error.h"
 #include "scene/file_io.h"
+#include "support/temp_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
-#include <unistd.h>
 
 namespace cmpg {
 namespace {
@@ -18,9 +18,6 @@ namespace fs = std::filesystem;
 
 class GuideFileTest : public testing::Test {
   protected:
-    GuideFileTest() : folder_(fs::temp_directory_path() / ("cmpg-guide-" + std::to_string(getpid()))) { fs::create_directories(folder_); }
-    ~GuideFileTest() override { fs::remove_all(folder_); }
-
     fs::path file() const { return folder_ / "some.guide"; }
 
     // A grown tree of few bytes, and a context with something everywhere.
@@ -70,7 +67,8 @@ class GuideFileTest : public testing::Test {
     }
 
   private:
-    fs::path folder_;
+    const test::TempFolder temporary_;
+    const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(GuideFileTest, BringsEverythingBackToTheBit) {

@@ -1,6 +1,8 @@
 // What the tests of the library's surface share: the box, a device, and the program, whose files are the yardstick.
 #pragma once
 
+#include "support/temp_folder.h"
+
 #include <cmpg/cmpg.h>
 
 #include <cstdlib>
@@ -19,18 +21,10 @@ inline Device& device() {
 
 class Folder {
   public:
-    Folder() : path_(std::filesystem::temp_directory_path() / ("cmpg-library-" + std::to_string(getpid()) + "-" + std::to_string(++number_))) {
-        std::filesystem::create_directories(path_);
-    }
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+    std::string operator/(const std::string& name) const { return folder_ / name; }
 
   private:
-    static inline int number_ = 0;
-    std::filesystem::path path_;
+    TempFolder folder_;
 };
 
 // Runs the program; whether it ended well.

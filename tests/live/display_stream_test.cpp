@@ -2,6 +2,7 @@
 #include "imaging/display_stream.h"
 
 #include "base/error.h"
+#include "support/temp_folder.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -280,12 +281,11 @@ TEST(DisplayStream, AddressesAreChecked) {
 
 // The program itself.
 TEST(DisplayStream, CommandsShowWhatTheyWrite) {
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("cmpg-display-" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
+    const test::TempFolder folder;
     const auto run = [&](const std::string& rest) {
         return std::system((std::string(CMPG_BINARY) + " --headless --quiet --width 32 --height 32 --max-depth 4 " + rest + " >/dev/null 2>&1").c_str());
     };
-    const std::string scene = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf ", out = folder.string() + "/";
+    const std::string scene = std::string(CMPG_SOURCE_DIR) + "/scenes/box/scene.gltf ", out = folder / "";
     Receiver display;
     const std::string stream = " --display-server " + display.address();
     EXPECT_EQ(run("render " + scene + "--spp 19 --layers " + out + "a-layers.exr -o " + out + "a.exr" + stream), 0);
@@ -304,7 +304,6 @@ TEST(DisplayStream, CommandsShowWhatTheyWrite) {
     EXPECT_EQ(run("optimize " + scene + "--spp 1 --steps 1 --param painting.baseColor --target " + out + "a.exr -o " + out + "run0.5/" + stream), 0);
     EXPECT_TRUE(display.await([](const auto& all) { return all.count("run0.5/image"); }));
     EXPECT_FALSE(display.malformed());
-    std::filesystem::remove_all(folder);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "live/live_session.h"
+#include "support/temp_folder.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -22,22 +23,6 @@ inline Options liveOptions(const std::string& scene, std::uint32_t edge = 24) {
     options.seed = 3;
     return options;
 }
-
-// A file that is removed again with all beside it.
-class ScratchFolder {
-  public:
-    ScratchFolder() : path_(std::filesystem::temp_directory_path() / ("cmpg-live-" + std::to_string(std::chrono::steady_clock::now().time_since_epoch().count()))) {
-        std::filesystem::create_directories(path_);
-    }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
-  private:
-    std::filesystem::path path_;
-};
 
 class Watched {
   public:

@@ -20,7 +20,7 @@ constexpr int kEdge = 24;
 // The scene's own image is the target, the painting grey at first.
 class LiveOptimize : public testing::Test {
   protected:
-    ScratchFolder scratch_;
+    TempFolder scratch_;
     Options options_;
 
     void SetUp() override {

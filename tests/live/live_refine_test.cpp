@@ -183,7 +183,7 @@ TEST(LiveRefine, NonsenseIsBroughtIntoRange) {
 }
 
 TEST(LiveRefine, MistakesAreReportedAndSurvived) {
-    const ScratchFolder scratch;
+    const TempFolder scratch;
     Options options = liveOptions("box");
     options.spp = 2;
     options.target = {(scratch / "missing.exr").string()};
@@ -242,7 +242,7 @@ TEST(LiveRefine, ATargetBelongsToTheSceneItWasAskedForWith) {
 }
 
 TEST(LiveRefine, ASceneTellsWhatItLacks) {
-    const ScratchFolder scratch;
+    const TempFolder scratch;
     std::ofstream(scratch / "empty.gltf") << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{}]})";
     Options options = liveOptions("box");
     options.input = (scratch / "empty.gltf").string();
@@ -273,7 +273,7 @@ TEST(LiveRefine, MasksEndWithTheirScene) {
 
 // The scene that was open has no device any more when another one cannot be read.
 TEST(LiveRefine, ASceneThatCannotBeReadAfterADeviceWasLost) {
-    const ScratchFolder scratch;
+    const TempFolder scratch;
     Options options = liveOptions("box", 64);
     std::optional<const Environment> fault(std::in_place, "CMPG_FAULT", "lost:3");
     Watched live(options);
@@ -344,7 +344,7 @@ TEST(LiveRefine, EndsInTheMidstOfAPass) {
 }
 
 TEST(LiveRefine, FilesAreWrittenBeforeTheEnd) {
-    const ScratchFolder scratch;
+    const TempFolder scratch;
     LoneWorker worker(liveOptions("box"));
     worker.mailbox.ask([&](LiveRequests& r, LiveSettings&) {
         r.saves.push_back({scratch / "a.txt", [&] { writeTextFile(scratch / "a.txt", "a"); }});

@@ -11,7 +11,7 @@ namespace {
 
 // The colour that a value has in a PNG.
 Color saved(LiveColors colors, const Image& image, const LiveLook& look = {}) {
-    const ScratchFolder scratch;
+    const TempFolder scratch;
     savePicture(colors, image, scratch / "a.png", look);
     const Image picture = readImage(scratch / "a.png").image;
     return {picture.values[0], picture.values[1], picture.values[2]};

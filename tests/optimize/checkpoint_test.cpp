@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "linear_model.h"
 #include "optimize/checkpoint.h"
+#include "support/temp_folder.h"
 
 #include <fstream>
 #include <iostream>
@@ -16,13 +17,8 @@ using test::LinearModel;
 
 class CheckpointFiles : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("cmpg_checkpoint_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::remove_all(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
-    fs::path folder_;
+    const test::TempFolder temporary_;
+    const fs::path folder_ = temporary_ / "run"; // is not there yet
 };
 
 OptimizeConfig makeConfig(OptimizerKind kind = OptimizerKind::Adam) {

@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "optimize/target.h"
 #include "scene/test_images.h"
+#include "support/temp_folder.h"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -14,14 +15,8 @@ namespace fs = std::filesystem;
 
 class TargetFiles : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("cmpg_target_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
-    fs::path folder_;
+    const test::TempFolder temporary_;
+    const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(TargetFiles, ExrIsTakenAsItIsTimesTheExposure) {

@@ -1,5 +1,6 @@
 // Tangents that are made for files without, as kernels use them.
 #include "support/render_fixture.h"
+#include "support/temp_folder.h"
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -10,9 +11,8 @@ namespace {
 // The bundled scene whose flat panel with a normal map has normals.
 Scene panelWithNormals() {
     namespace fs = std::filesystem;
-    std::string folder = (fs::temp_directory_path() / "cmpg-tangents-XXXXXX").string();
-    if (!mkdtemp(folder.data()))
-        throw std::runtime_error("no temporary folder");
+    const TempFolder temporary;
+    const std::string folder = temporary.path();
     fs::copy(fs::path(CMPG_SOURCE_DIR "/scenes/materials"), folder, fs::copy_options::recursive);
     nlohmann::json gltf = nlohmann::json::parse(std::ifstream(folder + "/scene.gltf"));
     const Scene plain = bundledScene("materials");
@@ -32,9 +32,7 @@ Scene panelWithNormals() {
         gltf["buffers"].push_back({{"uri", "normals.bin"}, {"byteLength", 48}});
     }
     std::ofstream(folder + "/scene.gltf") << gltf;
-    Scene scene = loadScene(folder + "/scene.gltf");
-    fs::remove_all(folder);
-    return scene;
+    return loadScene(folder + "/scene.gltf");
 }
 
 // On a flat surface they are those that kernels derive from each triangle.

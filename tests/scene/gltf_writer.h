@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "scene/scene_file.h"
+#include "support/temp_folder.h"
 
 #include <cstring>
 #include <fstream>
@@ -13,23 +14,6 @@ namespace cmpg::test {
 
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
-
-// A folder that is gone after the test.
-class TempFolder {
-  public:
-    TempFolder() {
-        std::string pattern = (fs::temp_directory_path() / "cmpg-scene-XXXXXX").string();
-        path_ = mkdtemp(pattern.data());
-    }
-    ~TempFolder() { fs::remove_all(path_); }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 inline void writeBytes(const fs::path& file, const void* data, std::size_t size) {
     fs::create_directories(file.parent_path());

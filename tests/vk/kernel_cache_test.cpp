@@ -1,5 +1,6 @@
 // Specialised kernels on disk: what is found is what was made, and whatever is not is made anew.
 #include "support/environment.h"
+#include "support/temp_folder.h"
 #include "vk/kernel_cache.h"
 #include "vk/kernel_file.h"
 #include "vk/specialize.h"
@@ -13,7 +14,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <thread>
-#include <unistd.h>
 
 namespace cmpg {
 namespace {
@@ -24,12 +24,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 class KernelCacheTest : public testing::Test {
   protected:
-    KernelCacheTest() {
-        std::string name = (fs::temp_directory_path() / "cmpg-cache-XXXXXX").string();
-        folder_ = ::mkdtemp(name.data());
-    }
-    ~KernelCacheTest() override { fs::remove_all(folder_); }
-
     static std::array<std::uint32_t, 1> constants(std::uint32_t size) { return {size}; } // the local size of the kernel
     static Words made(std::uint32_t size) { return specialize(module().words, constants(size)); }
     static std::string key(std::uint32_t size) { return kernelKey(module(), constants(size)); }
@@ -50,7 +44,8 @@ class KernelCacheTest : public testing::Test {
         return sum;
     }
 
-    fs::path folder_;
+    const test::TempFolder temporary_;
+    const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(KernelCacheTest, FindsWhatWasMade) {
