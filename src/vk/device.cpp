@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <thread>
 
 namespace cmpg {
 
@@ -41,9 +40,10 @@ std::size_t bestDevice(const std::vector<DeviceInfo>& devices) {
                 "update the driver, or install the package mesa-vulkan-drivers, whose driver runs on any CPU");
 }
 
-// lavapipe gives each of its threads one contiguous range of workgroups.
+// lavapipe gives each of its threads one contiguous range of workgroups. It has one for each processor that the process may use.
 std::uint32_t lavapipeThreads() {
-    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+    constexpr std::uint32_t kMost = 32; // LP_MAX_THREADS of Mesa
+    std::uint32_t threads = std::min(processorsAllowed(), kMost);
     if (const char* limit = std::getenv("LP_NUM_THREADS"))
         threads = std::clamp(std::uint32_t(std::strtoul(limit, nullptr, 10)), 1u, threads);
     return threads;

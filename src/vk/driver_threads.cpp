@@ -43,6 +43,12 @@ std::string nameOf(int thread) {
 
 } // namespace
 
+std::uint32_t processorsAllowed() {
+    cpu_set_t allowed;
+    const bool known = sched_getaffinity(0, sizeof allowed, &allowed) == 0; // not with more processors than the set holds
+    return std::max(1u, known ? std::uint32_t(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency());
+}
+
 DriverThreads::DriverThreads() : before_(threadsOfProcess()) {}
 
 void DriverThreads::spread(std::uint32_t workers) const {
