@@ -131,7 +131,9 @@ TEST(LossCurve, DrawsTheErrorAsABand) {
     EXPECT_NEAR(pale(with), (0.4 - 0.0375) / 1.05 * 226 * 198 - 3 * 198, 500);
     for (const double odd : {std::nan(""), HUGE_VAL, -1.0, 1e300}) {
         drawLossCurve(with, 0, 0, 256, 256, loss, std::vector<double>(4, odd));
-        EXPECT_EQ(lossCurveSvg(loss, "t", std::vector<double>(4, odd)).find("nan"), std::string::npos);
+        const std::string svg = lossCurveSvg(loss, "t", std::vector<double>(4, odd));
+        for (const char* number : {"nan", "inf"})
+            EXPECT_EQ(svg.find(number), std::string::npos) << odd;
     }
     drawLossCurve(with, 0, 0, 256, 256, loss, std::vector<double>{0.1}); // fewer than values
 }

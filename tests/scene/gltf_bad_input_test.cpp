@@ -276,21 +276,35 @@ GltfWriter richScene(const TempFolder& folder) {
     return w;
 }
 
-TEST(GltfBadInput, EveryTruncationOfABinaryScene) {
+// At 64 lengths, and at every one within the header and the heads of the chunks.
+TEST(GltfBadInput, TruncationsOfABinaryScene) {
     const TempFolder folder;
     GltfWriter w = richScene(folder);
     const std::string whole = w.glb();
     writeText(folder / "s.glb", whole);
     ASSERT_EQ(outcome(folder / "s.glb"), std::nullopt);
-    for (std::size_t i = 0; i < 64; ++i) {
-        std::string cut = whole.substr(0, whole.size() * i / 64);
+    constexpr std::size_t kHeader = 12, kHead = 8;
+    std::uint32_t json = 0;
+    std::memcpy(&json, whole.data() + kHeader, sizeof json);
+    const std::size_t binary = kHeader + kHead + json;
+    ASSERT_EQ(whole.substr(binary + 4, 3), "BIN");
+    std::set<std::size_t> lengths;
+    for (std::size_t i = 0; i < 64; ++i)
+        lengths.insert(whole.size() * i / 64);
+    for (std::size_t i = 0; i <= kHeader + kHead + 1; ++i)
+        lengths.insert(i);
+    for (std::size_t i = binary - 1; i <= binary + kHead + 1; ++i)
+        lengths.insert(i);
+    lengths.insert(whole.size() - 1);
+    for (const std::size_t size : lengths) {
+        std::string cut = whole.substr(0, size);
         writeText(folder / "s.glb", cut);
-        EXPECT_EQ(outcome(folder / "s.glb"), ErrorKind::Input) << i << "/64";
-        if (cut.size() < 12) continue;
+        EXPECT_EQ(outcome(folder / "s.glb"), ErrorKind::Input) << size << " of " << whole.size();
+        if (cut.size() < kHeader) continue;
         const auto length = std::uint32_t(cut.size()); // as if the header agreed
         std::memcpy(cut.data() + 8, &length, 4);
         writeText(folder / "s.glb", cut);
-        EXPECT_EQ(outcome(folder / "s.glb"), ErrorKind::Input) << i << "/64, header adjusted";
+        EXPECT_EQ(outcome(folder / "s.glb"), ErrorKind::Input) << size << " of " << whole.size() << ", header adjusted";
     }
 }
 

@@ -217,8 +217,9 @@ TEST(Mitsuba, ExportLoadsBack) {
         EXPECT_EQ(is.name, was.name);
         EXPECT_EQ(is.nearest, was.nearest) << is.name;
         EXPECT_EQ(is.uvTransform, was.uvTransform) << is.name;
+        ASSERT_EQ(is.values.size(), was.values.size()) << is.name;
         for (std::size_t k = 0; k < was.values.size(); ++k)
-            EXPECT_NEAR(is.values.at(k), was.values[k], 0.005) << is.name;
+            EXPECT_NEAR(is.values[k], was.values[k], 0.005) << is.name;
     }
     EXPECT_EQ(find(again, "environment.radiance").entries(), 3u) << "a constant stays one";
     EXPECT_EQ(find(again, "plain.bsdf.reflectance").values[0], 0.4f) << "what --define gave is in it";
@@ -324,12 +325,12 @@ TEST(MitsubaExport, ReferencesToWhatIsReplacedStay) {
     setValues(s.parameters[first], fresh);
     exportScene(s, {first}, folder / "out");
     const Scene again = loadScene(folder / "out/scene.xml");
-    EXPECT_EQ(cmpg::valuesOf(find(again, "first.reflectance")), fresh);
-    EXPECT_EQ(cmpg::valuesOf(find(again, "second.reflectance")), old);
+    EXPECT_EQ(valuesOf(again, "first.reflectance"), fresh);
+    EXPECT_EQ(valuesOf(again, "second.reflectance"), old);
     EXPECT_TRUE(again.warnings == s.warnings);
     setValues(s.parameters[second], fresh);
     exportScene(s, {first, second}, folder / "both");
-    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "both/scene.xml"), "second.reflectance")), fresh);
+    EXPECT_EQ(valuesOf(loadScene(folder / "both/scene.xml"), "second.reflectance"), fresh);
     EXPECT_FALSE(fs::exists(folder / "both/picture.png")) << "nothing refers to it";
 }
 
@@ -353,7 +354,7 @@ TEST(MitsubaExport, CopiesLeaveExactValuesAlone) {
     setValues(s.parameters[first], values);
     exportScene(s, {first}, folder / "out");
     EXPECT_EQ(readImage(folder / "out/parameters/first.reflectance.exr").image.values, values);
-    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "out/scene.xml"), "second.reflectance")), std::vector<float>(6, 0.25f));
+    EXPECT_EQ(valuesOf(loadScene(folder / "out/scene.xml"), "second.reflectance"), std::vector<float>(6, 0.25f));
     const std::string before = readText(folder / "parameters/first.reflectance.exr");
     EXPECT_THROW(exportScene(s, {first}, folder.path()), Error);
     EXPECT_EQ(readText(folder / "parameters/first.reflectance.exr"), before);
@@ -374,13 +375,13 @@ TEST(MitsubaExport, TexturesOfTheSceneItselfStay) {
     Scene s = loadScene(folder / "room.xml");
     const std::uint32_t first = s.parameter("first.reflectance");
     s.parameters[first].materialise();
-    const std::vector<float> old = cmpg::valuesOf(s.parameters[s.parameter("second.reflectance")]), fresh(6, 1.0f);
+    const std::vector<float> old = valuesOf(s, "second.reflectance"), fresh(6, 1.0f);
     setValues(s.parameters[first], fresh);
     exportScene(s, {first}, folder.path());
     const Scene again = loadScene(folder / "scene.xml");
-    EXPECT_EQ(cmpg::valuesOf(find(again, "first.reflectance")), fresh);
-    EXPECT_EQ(cmpg::valuesOf(find(again, "second.reflectance")), old);
-    EXPECT_EQ(cmpg::valuesOf(find(loadScene(folder / "room.xml"), "first.reflectance")), old);
+    EXPECT_EQ(valuesOf(again, "first.reflectance"), fresh);
+    EXPECT_EQ(valuesOf(again, "second.reflectance"), old);
+    EXPECT_EQ(valuesOf(loadScene(folder / "room.xml"), "first.reflectance"), old);
 }
 
 // What Mitsuba 3 refuses of version 0.6, in its own words or left out.
@@ -437,19 +438,16 @@ TEST(MitsubaExport, WhatIsWrittenStaysWhereACopyHasItsName) {
     const TempFolder folder;
     fs::create_directories(folder / "textures");
     savePng(folder / "textures/first.reflectance.png", 2, 1, 3, {255, 0, 0, 0, 255, 0});
-    const auto wall = [](const std::string& id) {
-        return "<shape type=\"rectangle\"><bsdf type=\"diffuse\" id=\"" + id +
-               "\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"textures/first.reflectance.png\"/></texture></bsdf></shape>";
-    };
-    Scene s = loadText(folder, wall("first") + wall("second"));
+    const std::string picture = "textures/first.reflectance.png";
+    Scene s = loadText(folder, wall("first", picture) + wall("second", picture));
     const std::uint32_t first = s.parameter("first.reflectance");
     s.parameters[first].materialise();
-    const std::vector<float> old = cmpg::valuesOf(s.parameters[s.parameter("second.reflectance")]), fresh(6, 1.0f);
+    const std::vector<float> old = valuesOf(s, "second.reflectance"), fresh(6, 1.0f);
     setValues(s.parameters[first], fresh);
     exportScene(s, {first}, folder / "out");
     Scene again = loadScene(folder / "out/scene.xml");
-    EXPECT_EQ(cmpg::valuesOf(again.parameters[again.parameter("first.reflectance")]), fresh);
-    EXPECT_EQ(cmpg::valuesOf(again.parameters[again.parameter("second.reflectance")]), old);
+    EXPECT_EQ(valuesOf(again, "first.reflectance"), fresh);
+    EXPECT_EQ(valuesOf(again, "second.reflectance"), old);
 }
 
 } // namespace

@@ -21,6 +21,12 @@ TEST(SceneFile, FormatFollowsFromExtensionThenContent) {
     fs::copy_file(scene, renamed);
     EXPECT_EQ(loadScene(renamed).geometry.triangles.size(), 1u);
     EXPECT_EQ(std::string(loadScene(renamed).format->exported), "scene.gltf");
+    writeText(renamed, oneTriangle().glb());
+    EXPECT_EQ(loadScene(renamed).geometry.triangles.size(), 1u);
+    EXPECT_EQ(std::string(loadScene(renamed).format->exported), "scene.gltf");
+    writeText(renamed, "<scene version=\"3.0.0\"><shape type=\"rectangle\"/><sensor type=\"perspective\"/></scene>");
+    EXPECT_EQ(loadScene(renamed).geometry.triangles.size(), 2u);
+    EXPECT_EQ(std::string(loadScene(renamed).format->exported), "scene.xml");
 }
 
 // Programs of the library load scenes side by side, and ranks that are threads do.
