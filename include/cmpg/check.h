@@ -30,10 +30,10 @@ struct CheckResult {
     unsigned repetitions = 0;                 // of both sides, with random numbers of their own
     double step = 0;                          // of the stencil, in units of the direction
     std::vector<Comparison> comparisons = {}; // the mean of each channel, then blocks
-    double threshold = 0;                     // a comparison with a lower probability is a disagreement
+    double threshold = 0;                     // a comparison with a lower probability is a disagreement, and one of NaN
     bool agrees() const {
         for (const Comparison& comparison : comparisons)
-            if (comparison.probability < threshold)
+            if (!(comparison.probability >= threshold))
                 return false;
         return true;
     }

@@ -28,7 +28,9 @@ bool isDegrees(double degrees) { return degrees > 0 && std::isfinite(degrees); }
 } // namespace
 
 double studentTwoSided(double t, double degrees) {
-    if (!std::isfinite(t))
+    if (std::isnan(t))
+        return kNone;
+    if (std::isinf(t))
         return 0;
     if (!isDegrees(degrees))
         return kNone;

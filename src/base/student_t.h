@@ -3,7 +3,7 @@
 
 namespace cmpg {
 
-// P(|T| >= |t|) with `degrees` > 0 degrees of freedom.
+// P(|T| >= |t|) with `degrees` > 0 degrees of freedom; NaN of a t that is.
 double studentTwoSided(double t, double degrees);
 // The t >= 0 with P(|T| >= t) = `probability`, in (0,1).
 double studentQuantile(double probability, double degrees);

@@ -217,7 +217,7 @@ Bias biasOf(const EstimateStatistics& statistics, const Reference& reference) {
     addAlong(bias, statistics, reference);
     addAnywhere(bias, statistics, reference);
     const double error = bias.interval / studentQuantile(0.05, bias.degrees);
-    const bool along = error > 0 ? studentTwoSided(bias.along / error, bias.degrees) < kLevel : bias.along != 0;
+    const bool along = error > 0 ? !(studentTwoSided(bias.along / error, bias.degrees) >= kLevel) : bias.along != 0; // what is no number is no proof
     // The interval has the reference's error in this direction in it. Anywhere, that error is at most its share of all directions.
     if (along)
         bias.verdict = Bias::Verdict::Biased;

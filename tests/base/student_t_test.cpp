@@ -19,5 +19,12 @@ TEST(StudentT, MatchesClosedForms) {
     EXPECT_NEAR(studentTwoSided(4, 1e7), 6.334e-5, 1e-8); // the four standard deviations of gradient_check.cpp
 }
 
+TEST(StudentT, WhatIsNoNumberHasNoProbability) {
+    EXPECT_TRUE(std::isnan(studentTwoSided(std::nan(""), 3)));
+    EXPECT_TRUE(std::isnan(studentTwoSided(1, std::nan(""))));
+    EXPECT_EQ(studentTwoSided(HUGE_VAL, 3), 0);
+    EXPECT_EQ(studentTwoSided(-HUGE_VAL, 3), 0);
+}
+
 } // namespace
 } // namespace cmpg
