@@ -1,4 +1,4 @@
-// Checkpoints: as they are, and with their checksums made right, so that what stands behind these is reached.
+// Checkpoints: as they are, and with their version and checksums made right, so that what stands behind these is reached.
 #include "base/byte_stream.h"
 #include "fuzz.h"
 #include "optimize/checkpoint.h"
@@ -11,7 +11,7 @@ using namespace cmpg;
 
 namespace {
 
-constexpr std::size_t kHeaderBytes = 8 + 4 + 4, kNameBytes = 8, kSumBytes = 4; // of the header without its sum; of a section
+constexpr std::size_t kMagicBytes = 8, kHeaderBytes = kMagicBytes + 4 + 4, kNameBytes = 8, kSumBytes = 4; // of the header without its sum; of a section
 
 void overwrite(std::vector<std::uint8_t>& bytes, std::size_t at, std::uint32_t value) {
     for (std::size_t i = 0; i < 4; ++i)
@@ -23,6 +23,8 @@ std::vector<std::uint8_t> repaired(fuzz::Input input) {
     const auto sum = [&](std::size_t begin, std::size_t size, unsigned long before) { return size ? crc32_z(before, &bytes[begin], size) : before; };
     if (bytes.size() < kHeaderBytes + kSumBytes)
         return bytes;
+    static const Bytes current = joinSections({});
+    overwrite(bytes, kMagicBytes, ByteReader(std::span(current).subspan(kMagicBytes)).get<std::uint32_t>());
     overwrite(bytes, kHeaderBytes, std::uint32_t(sum(0, kHeaderBytes, 0)));
     for (std::size_t at = kHeaderBytes + kSumBytes; bytes.size() - at >= kNameBytes + 8 + kSumBytes;) {
         const std::size_t content = at + kNameBytes + 8 + kSumBytes;
@@ -35,10 +37,13 @@ std::vector<std::uint8_t> repaired(fuzz::Input input) {
     return bytes;
 }
 
-// A small optimisation goes on from it for a step.
+// A small optimisation, by the optimiser that its configuration names, goes on from it for a step.
 void goOn(const Checkpoint& checkpoint) {
     OptimizeConfig config;
     config.steps = 20;
+    for (const EnumName<OptimizerKind>& optimizer : kOptimizers)
+        if (checkpoint.config.find('"' + std::string(optimizer.name) + '"') != std::string::npos)
+            config.optimizer.kind = optimizer.value;
     config.targets = test::makeTargets(1, 2, 2);
     Scene scene = test::makeScene();
     test::LinearModel model(scene, 1, 2, 2, 0.1);

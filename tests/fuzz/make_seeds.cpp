@@ -1,4 +1,5 @@
-// Writes the seeds of the fuzz targets: small files that together have every feature their readers know.
+// Writes the seeds of the fuzz targets: small files that together have every feature their readers know. Those of meshes and of Mitsuba's scenes are text, and
+// written by hand.
 //   make_seeds tests/fuzz/corpus
 #include "guiding/guide_file.h"
 #include "optimize/checkpoint.h"
@@ -12,8 +13,12 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfTiledOutputFile.h>
+#include <array>
 #include <cstdio>
 #include <sstream>
 #include <stb/stb_image_write.h>
@@ -272,30 +277,78 @@ class TextOutput : public Imf::OStream {
     std::size_t place_ = 0;
 };
 
-// Red, green, blue and alpha in half floats; 20 lines, so that most compressions make more than one chunk.
-std::string exr(Imf::Compression compression, bool tiled) {
-    constexpr int kWidth = 6, kHeight = 20;
-    Imf::Header header(kWidth, kHeight);
-    header.compression() = compression;
-    if (tiled)
-        header.setTileDescription(Imf::TileDescription(4, 8, Imf::ONE_LEVEL));
-    std::vector<float> values(kWidth * kHeight);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = 0.01f * float(i % 17);
-    Imf::FrameBuffer frame;
-    for (const char* name : {"R", "G", "B", "normal.X", "normal.Y", "normal.Z"}) {
-        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-        frame.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 4 * kWidth));
+constexpr int kExrWidth = 6, kExrHeight = 20; // so many lines that most compressions make more than one chunk
+
+// The same picture in all channels.
+class ExrChannels {
+  public:
+    ExrChannels() {
+        for (std::size_t i = 0; i < halves_.size(); ++i)
+            halves_[i] = floats_[i] = 0.01f * float(i % 17);
     }
+    void add(Imf::Header& header, Imf::PixelType type, const std::vector<const char*>& names) {
+        const bool half = type == Imf::HALF;
+        char* const values = half ? reinterpret_cast<char*>(halves_.data()) : reinterpret_cast<char*>(floats_.data());
+        const std::size_t bytes = half ? sizeof(Imath::half) : sizeof(float);
+        for (const char* name : names) {
+            header.channels().insert(name, Imf::Channel(type));
+            frame.insert(name, Imf::Slice::Make(type, values, header.dataWindow(), bytes, bytes * kExrWidth));
+        }
+    }
+    Imf::FrameBuffer frame;
+
+  private:
+    std::array<Imath::half, kExrWidth * kExrHeight> halves_;
+    std::array<float, kExrWidth * kExrHeight> floats_;
+};
+
+struct ExrKind {
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;
+    bool tiled = false, layer = false; // of floats, beside the picture
+    std::vector<const char*> channels = {"R", "G", "B", "A"}; // in half floats, as B44 wants them
+    Imath::V2i shift = {0, 0};                                // of what is stored against what is shown
+};
+
+std::string exr(const ExrKind& kind) {
+    const Imath::V2i last(kExrWidth - 1, kExrHeight - 1);
+    Imf::Header header({{0, 0}, last}, {kind.shift, last + kind.shift});
+    header.compression() = kind.compression;
+    if (kind.tiled)
+        header.setTileDescription(Imf::TileDescription(4, 8, Imf::ONE_LEVEL));
+    ExrChannels channels;
+    channels.add(header, Imf::HALF, kind.channels);
+    if (kind.layer)
+        channels.add(header, Imf::FLOAT, {"normal.X", "normal.Y", "normal.Z"});
     TextOutput out;
-    if (tiled) {
+    if (kind.tiled) {
         Imf::TiledOutputFile file(out, header, 1);
-        file.setFrameBuffer(frame);
+        file.setFrameBuffer(channels.frame);
         file.writeTiles(0, file.numXTiles() - 1, 0, file.numYTiles() - 1);
     } else {
         Imf::OutputFile file(out, header, 1);
-        file.setFrameBuffer(frame);
-        file.writePixels(kHeight);
+        file.setFrameBuffer(channels.frame);
+        file.writePixels(kExrHeight);
+    }
+    return out.text;
+}
+
+// Two parts, of which readers take the first.
+std::string exrOfParts() {
+    std::vector<Imf::Header> headers(2, Imf::Header(kExrWidth, kExrHeight));
+    std::vector<ExrChannels> channels(2);
+    for (std::size_t i = 0; i < headers.size(); ++i) {
+        headers[i].setName(i ? "second" : "first");
+        headers[i].setType(Imf::SCANLINEIMAGE);
+        channels[i].add(headers[i], Imf::HALF, {"R", "G", "B"});
+    }
+    TextOutput out;
+    {
+        Imf::MultiPartOutputFile file(out, headers.data(), int(headers.size()), false, 1);
+        for (int i = 0; i < file.parts(); ++i) {
+            Imf::OutputPart part(file, i);
+            part.setFrameBuffer(channels[std::size_t(i)].frame);
+            part.writePixels(kExrHeight);
+        }
     }
     return out.text;
 }
@@ -318,13 +371,20 @@ std::string png(std::uint32_t width, std::uint32_t height, char depth, char colo
     return out + chunk("IDAT", packed) + chunk("IEND", "");
 }
 
+std::string segment(char marker, const std::string& data) {
+    const std::size_t size = data.size() + 2;
+    return std::string{'\xff', marker, char(size >> 8), char(size)} + data;
+}
+
+// A baseline JPEG that a camera held upright.
+std::string turnedJpeg(const std::string& jpeg) {
+    const std::string tiff("MM\0\x2a\0\0\0\x08\0\1\x01\x12\0\3\0\0\0\1\0\6\0\0\0\0\0\0", 26);
+    return jpeg.substr(0, 2) + segment('\xe1', std::string("Exif\0\0", 6) + tiff) + jpeg.substr(2);
+}
+
 // 8 x 8 grey in two scans: the average, then the rest.
 std::string progressiveJpeg() {
     std::string quantisation(64, '\1');
-    const auto segment = [](char marker, const std::string& data) {
-        const std::size_t size = data.size() + 2;
-        return std::string{'\xff', marker, char(size >> 8), char(size)} + data;
-    };
     const std::string one(1, '\1'), zero(1, '\0');
     std::string lengths = one + std::string(15, '\0'); // a single code of one bit
     return "\xff\xd8" + segment('\xdb', zero + quantisation) + segment('\xc2', std::string("\x08\0\x08\0\x08\1\1\x11\0", 9)) +
@@ -335,10 +395,16 @@ std::string progressiveJpeg() {
 void writeImages(const Folder& out) {
     const std::pair<const char*, Imf::Compression> compressions[] = {
         {"none", Imf::NO_COMPRESSION}, {"rle", Imf::RLE_COMPRESSION}, {"zips", Imf::ZIPS_COMPRESSION}, {"zip", Imf::ZIP_COMPRESSION},
-        {"piz", Imf::PIZ_COMPRESSION}, {"pxr24", Imf::PXR24_COMPRESSION}, {"b44", Imf::B44_COMPRESSION}, {"dwaa", Imf::DWAA_COMPRESSION}};
-    for (const auto& [name, compression] : compressions)
-        out.write(std::string(name) + ".exr", exr(compression, false));
-    out.write("tiled.exr", exr(Imf::ZIP_COMPRESSION, true));
+        {"piz", Imf::PIZ_COMPRESSION}, {"pxr24", Imf::PXR24_COMPRESSION}, {"b44", Imf::B44_COMPRESSION}, {"b44a", Imf::B44A_COMPRESSION},
+        {"dwaa", Imf::DWAA_COMPRESSION}, {"dwab", Imf::DWAB_COMPRESSION}};
+    for (const auto& [name, compression] : compressions) {
+        const bool floats = compression == Imf::PXR24_COMPRESSION || compression == Imf::DWAA_COMPRESSION; // which treat them in a way of their own
+        out.write(std::string(name) + ".exr", exr({.compression = compression, .layer = floats}));
+    }
+    out.write("tiled.exr", exr({.tiled = true, .layer = true}));
+    out.write("grey_alpha.exr", exr({.channels = {"Y", "A"}}));
+    out.write("shifted.exr", exr({.shift = {2, -3}}));
+    out.write("parts.exr", exrOfParts());
     out.write("rgb.png", pngOf(3, 2, 3));
     out.write("rgba.png", pngOf(2, 3, 4));
     out.write("grey_alpha.png", pngOf(2, 2, 2));
@@ -356,6 +422,7 @@ void writeImages(const Folder& out) {
     stbi_write_jpg_to_func(append, &jpeg, 17, 9, 3, codes.data(), 60);
     stbi_write_hdr_to_func(append, &hdr, 16, 2, 3, values.data());
     out.write("baseline.jpg", jpeg.str());
+    out.write("turned.jpg", turnedJpeg(jpeg.str()));
     out.write("progressive.jpg", progressiveJpeg());
     out.write("runs.hdr", hdr.str());
     out.write("flat.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + std::string("\x80\x40\x20\x81\x80\x40\x20\x00", 8));
@@ -395,18 +462,19 @@ void writeGuides(const Folder& out) {
 }
 
 void writeCheckpoints(const Folder& out) {
-    for (const OptimizerKind kind : {OptimizerKind::Auto, OptimizerKind::Sgd}) {
+    for (const EnumName<OptimizerKind>& optimizer : kOptimizers) {
         OptimizeConfig config;
         config.steps = 20;
-        config.optimizer.kind = kind;
+        config.optimizer.kind = optimizer.value;
         config.targets = test::makeTargets(1, 2, 2);
         Scene scene = test::makeScene();
         test::LinearModel model(scene, 1, 2, 2, 0.1);
         Optimization run(model, scene, config, {0, 1});
         run.step();
         run.step();
-        std::vector<FileSection> sections = checkpointSections(run, model, {{"--loss", "\"mse\""}, {"scene", "0"}}, R"({"command": "optimize", "steps": 20})", "a device");
-        if (kind == OptimizerKind::Auto) {
+        const std::string name = optimizer.name, text = R"({"command": "optimize", "steps": 20, "optimizer": ")" + name + "\"}";
+        std::vector<FileSection> sections = checkpointSections(run, model, {{"--loss", "\"mse\""}, {"scene", "0"}}, text, "a device");
+        if (optimizer.value == OptimizerKind::Auto) {
             ByteWriter learned;
             const GuidedState state{.images = {{{0.5, 3, 2}, {0.25, 4, 1}}, {0.5, 0}, 1, 3, 2}, .derivatives = {{{0.5, 3, 2}}, {0.9}, 0, 1, 0},
                                     .exploration = {.noise = 0.5, .watched = 2, .urgent = true, .spent = 100, .trials = 50}, .reference = 0.5, .trained = true, .step = 2};
@@ -414,8 +482,7 @@ void writeCheckpoints(const Folder& out) {
             putLearned(learned, state, &tree);
             sections.back().bytes = std::move(learned.bytes);
         }
-        const Bytes bytes = joinSections(sections);
-        out.write(kind == OptimizerKind::Auto ? "auto.bin" : "sgd.bin", textOf(bytes));
+        out.write(name + ".bin", textOf(joinSections(sections)));
     }
 }
 
@@ -445,7 +512,7 @@ void writeOptions(const Folder& out) {
     out.write("guide.txt", "guide\na.guide\n--weights\n1,2\n--cell\n3\n--csv\n");
     out.write("help.txt", "render\n--help\n");
     out.write("open.txt", "room.gltf\n--display-server\n[::1]:14158\n--device\nllvm\n");
-    out.write("config.txt", "--config\nrun.json\n--spp\n9\n\n"
+    out.write("config.txt", "--config\nrun.json\n--spp\n9\n-o\nrun\n\n"
                             R"({"command":"optimize","input":"room.gltf","param":["a.baseColor"],"target":["ref.exr"],"steps":10,"rate":["0.1"],"error-target":0.01,)"
                             R"("sampler":"sobol","roulette":"adjoint","seed":7,"guide-share":0.5,"set":["a=1"],"made-with":{"device":"x"}})");
 }
