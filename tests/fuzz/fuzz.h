@@ -28,15 +28,22 @@ inline void require(bool holds, const char* what) {
     std::abort();
 }
 
+// Of the last input, which a target may look at in several ways: one of them took it; and why one did not. replay.cpp asks, as seeds that are refused reach
+// nothing.
+inline bool accepted = false;
+inline std::string refusal;
+
 // Runs `use`. True: it came to its end. False: it refused the input with one of these codes and a message. Whatever else is thrown ends
 // the process.
 template <class Use> bool accepts(std::initializer_list<ErrorKind> refusals, Use&& use) {
     try {
         use();
+        accepted = true;
         return true;
     } catch (const Error& error) {
         require(std::find(refusals.begin(), refusals.end(), error.kind) != refusals.end(), error.what());
         require(*error.what() != 0, "a refusal says why");
+        refusal = error.what();
         return false;
     }
 }

@@ -1,4 +1,5 @@
-// Gives a fuzz target the files of some folders, one after the other: the seeds and what once was found, in the ordinary build.
+// Gives a fuzz target the files of some folders, one after the other: the seeds and what once was found, in the ordinary build. What lies in a folder of
+// corpus/ must be accepted: a seed that a format left behind would seed nothing.
 //   fuzz_NAME FOLDER...
 //   fuzz_NAME --changes N WORDS FOLDER...    N changes of these files instead, the same each time, with words of libFuzzer's dictionary WORDS
 #include "fuzz.h"
@@ -30,7 +31,7 @@ Bytes contents(const fs::path& file) {
     return Bytes(std::istreambuf_iterator<char>(in), {});
 }
 
-// Lines "word", where \xAB is a byte.
+// Lines "word", where \xAB is a byte, \" a quote and \\ a backslash.
 void readWords(const fs::path& file) {
     std::ifstream in(file);
     for (std::string line; std::getline(in, line);) {
@@ -38,9 +39,9 @@ void readWords(const fs::path& file) {
             continue;
         Bytes word;
         for (std::size_t i = 1; i + 1 < line.size(); ++i) {
-            const bool byte = line.compare(i, 2, "\\x") == 0;
-            word.push_back(std::uint8_t(byte ? std::stoi(line.substr(i + 2, 2), nullptr, 16) : line[i]));
-            i += byte ? 3 : 0;
+            const bool escaped = line[i] == '\\', byte = escaped && line[i + 1] == 'x';
+            word.push_back(std::uint8_t(byte ? std::stoi(line.substr(i + 2, 2), nullptr, 16) : line[i + std::size_t(escaped)]));
+            i += byte ? 3 : std::size_t(escaped);
         }
         words_.push_back(word);
     }
@@ -48,6 +49,8 @@ void readWords(const fs::path& file) {
 
 void give(const Bytes& bytes) {
     const auto begin = std::chrono::steady_clock::now();
+    cmpg::fuzz::accepted = false;
+    cmpg::fuzz::refusal.clear();
     LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     cmpg::fuzz::require(seconds < kHang, "an input takes less than 5 s");
@@ -109,6 +112,8 @@ int main(int argc, char** argv) {
         std::printf("%s\n", files[i].c_str());
         std::fflush(stdout);
         give(contents(files[i]));
+        const bool seed = files[i].parent_path().parent_path().filename() == "corpus";
+        cmpg::fuzz::require(cmpg::fuzz::accepted || !seed, ("a seed is accepted, which make_seeds may have to write anew: " + cmpg::fuzz::refusal).c_str());
     }
     for (int change = 0; change < changes; ++change) {
         const fs::path& file = files[std::size_t(change) % files.size()];
