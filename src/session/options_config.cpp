@@ -27,6 +27,24 @@ double shortDecimal(float value) {
     return std::strtod(text, nullptr);
 }
 
+template <class T> constexpr bool kIsText = std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<std::string>>;
+
+// Of texts that are empty where they are not given. Others may be given as empty, which is not their default.
+const std::set<std::string>& keysEmptyByDefault() {
+    static const std::set<std::string> keys = [] {
+        std::set<std::string> found;
+        const Options options;
+        for (int group = 0; group <= int(kLastGroup); ++group)
+            visitGroup(OptionGroup(group), options, [&]<class T>(const OptionSpec& option, const T& field, const auto&...) {
+                if constexpr (kIsText<T>)
+                    if (field.empty())
+                        found.insert(option.key);
+            });
+        return found;
+    }();
+    return keys;
+}
+
 struct Writer {
     nlohmann::ordered_json& json;
 
@@ -42,9 +60,9 @@ struct Writer {
                 write(key, *field);
         } else if constexpr (std::is_same_v<T, float>) {
             json[key] = shortDecimal(field);
-        } else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<std::string>>) {
-            if (!field.empty())
-                json[key] = field; // empty: not given
+        } else if constexpr (kIsText<T>) {
+            if (!field.empty() || !keysEmptyByDefault().contains(key))
+                json[key] = field;
         } else {
             json[key] = field;
         }

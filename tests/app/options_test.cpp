@@ -324,6 +324,7 @@ TEST(Options, ConfigurationSurvivesTheRoundTrip) {
         {"optimize", "/s.gltf", "-o", "d", "--param", "p", "--target", "/t.exr", "--save-guide", "/a.guide"},
         {"tradeoff", "/s.gltf", "-o", "d", "--param", "p", "--direction", "self", "--time", "1h", "--seeds", "2"},
         {"guide", "/a.guide", "--validate", "--csv", "--cell", "3", "--weights", "1,2"},
+        {"guide", "/a.guide", "--weights", ""}, // refused later, and so when it is run again
     };
     for (const auto& arguments : runs) {
         const nlohmann::ordered_json config = toConfig(parse(arguments));
