@@ -33,4 +33,5 @@ def plain_docstring(app, what, name, thing, options, lines):
 
 
 def setup(app):
-    app.connect("autodoc-process-docstring", plain_docstring)
+    if "sphinx.ext.autodoc" in extensions:  # which alone has the event
+        app.connect("autodoc-process-docstring", plain_docstring)
