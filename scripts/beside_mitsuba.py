@@ -8,6 +8,8 @@ import sys
 import threading
 import time
 
+import needs
+
 root = pathlib.Path(__file__).resolve().parent.parent
 sys.path += [str(root / "tests/reference"), str(root / "scenes")]
 
@@ -21,6 +23,7 @@ def start_mitsuba(threads, variant="llvm_ad_rgb"):
     """(drjit, mitsuba) in a variant, with our materials registered."""
     if threads < 2:
         sys.exit("Mitsuba's thread pool stands still with one thread: give it two, and one core by taskset")
+    needs.packages("mitsuba", "numpy")
     import drjit as dr
     import mitsuba as mi
     mi.set_variant(variant)  # before the modules that build on its types
@@ -33,7 +36,10 @@ def start_mitsuba(threads, variant="llvm_ad_rgb"):
 def run_cmpg(program, arguments, threads, **environment):
     """Standard output of one run; ends this program if that failed."""
     command = [str(program), "--headless", *map(str, arguments)]
-    done = subprocess.run(command, env=dict(os.environ, LP_NUM_THREADS=str(threads), **environment), stdout=subprocess.PIPE, text=True)
+    try:
+        done = subprocess.run(command, env=dict(os.environ, LP_NUM_THREADS=str(threads), **environment), stdout=subprocess.PIPE, text=True)
+    except OSError as error:
+        sys.exit(f"{program}: {error.strerror}")
     if done.returncode:
         sys.exit(f"{' '.join(command)}: exit code {done.returncode}")
     return done.stdout
