@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 namespace cmpg {
 
@@ -18,32 +19,52 @@ namespace {
 constexpr std::uint32_t kApiVersion = VK_API_VERSION_1_3;
 // Texel buffers must reach 1 GiB of vec4 for the full variants of the kernels to be used.
 constexpr std::uint64_t kMinTexelElements = std::uint64_t(1) << 26;
+constexpr const char* kInstallDriver = "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU";
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-// The loader's usual places of driver manifests, for the message when it found no driver.
-std::string seenDriverManifests() {
+// Where the loader looks for drivers, for the message when it found none.
+struct DriverPlaces {
+    std::vector<std::string> manifests; // in its usual folders
+    std::vector<std::pair<std::string, std::string>> limits; // variables that keep it from looking there, also where they are empty, and their values
+    std::string text() const;
+};
+
+DriverPlaces driverPlaces() {
+    DriverPlaces places;
     std::vector<std::filesystem::path> folders{"/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"};
     if (const char* home = std::getenv("HOME"))
         folders.push_back(std::filesystem::path(home) / ".local/share/vulkan/icd.d");
-    std::vector<std::string> seen;
     for (const auto& folder : folders) {
         std::error_code ignored;
         for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-            seen.push_back(entry.path().string());
+            places.manifests.push_back(entry.path().string());
     }
-    std::sort(seen.begin(), seen.end());
-    std::string text = seen.empty() ? "no driver manifest in the usual folders" : "driver manifests seen:";
-    for (const std::string& path : seen)
-        text += " " + path;
+    std::sort(places.manifests.begin(), places.manifests.end());
     for (const char* variable : {"VK_ICD_FILENAMES", "VK_DRIVER_FILES"})
         if (const char* value = std::getenv(variable))
-            text += std::string("; ") + variable + " limits the choice to " + value;
+            places.limits.emplace_back(variable, value);
+    return places;
+}
+
+std::string DriverPlaces::text() const {
+    std::string text = manifests.empty() ? "no driver manifest in the usual folders" : "driver manifests seen:";
+    for (const std::string& path : manifests)
+        text += " " + path;
+    for (const auto& [variable, value] : limits)
+        text += "; " + variable + " limits the choice to " + (value.empty() ? "nothing" : value);
     return text;
 }
 
 Error noVulkan(const std::string& reason) {
-    const std::string seen = seenDriverManifests();
-    std::string remedy = "install a driver; the package mesa-vulkan-drivers has one that runs on any CPU";
+    const DriverPlaces places = driverPlaces();
+    const std::string seen = places.text();
+    std::string remedy;
+    for (const auto& limit : places.limits)
+        remedy += (remedy.empty() ? "unset " : " and ") + limit.first;
+    if (!remedy.empty() && !places.manifests.empty())
+        remedy += ", or name one of the manifests seen there";
+    else
+        remedy += (remedy.empty() ? "" : ", and ") + std::string(kInstallDriver);
     if (seen.find("nvidia") != std::string::npos) // it loads libraries for displays, and is incompatible without
         remedy = "install the packages libgl1 and libegl1, which NVIDIA's driver needs without a display, too; or " + remedy;
     return Error(ErrorKind::Device, "there is no Vulkan device: " + reason, seen, remedy);
@@ -161,7 +182,7 @@ std::unique_ptr<Instance> createInstance(Validation validation, std::span<const 
 } catch (const Error&) {
     throw;
 } catch (const std::runtime_error& error) { // the loader library itself is missing
-    throw noVulkan(error.what());
+    throw Error(ErrorKind::Device, std::string("there is no Vulkan device: ") + error.what(), "", std::string("install the package libvulkan1, the loader, and ") + kInstallDriver);
 }
 
 std::vector<vk::raii::PhysicalDevice> physicalDevices(const Instance& instance) {

@@ -59,11 +59,16 @@ Error errorWithDriver(const char* manifest) {
     return Error(ErrorKind::Usage, "a device was found");
 }
 
-TEST(Device, SaysWhatToInstallWhenThereIsNone) {
+TEST(Device, SaysWhatToDoWhenThereIsNone) {
     const Error error = errorWithDriver("/nonexistent/driver.json");
     EXPECT_EQ(error.kind, ErrorKind::Device) << error.what();
     EXPECT_NE(error.cause.find("/nonexistent/driver.json"), std::string::npos) << error.cause;
-    EXPECT_NE(error.remedy.find("mesa-vulkan-drivers"), std::string::npos) << error.remedy;
+    EXPECT_NE(error.remedy.find("unset VK_ICD_FILENAMES"), std::string::npos) << error.remedy;
+    EXPECT_NE(errorWithDriver("").remedy.find("unset VK_ICD_FILENAMES"), std::string::npos) << "the loader takes an empty one for a limit";
+    // What is there already need not be installed.
+    const bool seen = error.cause.find("driver manifests seen:") != std::string::npos;
+    EXPECT_EQ(error.remedy.find("one of the manifests seen") != std::string::npos, seen) << error.cause << "\n" << error.remedy;
+    EXPECT_EQ(error.remedy.find("mesa-vulkan-drivers") == std::string::npos, seen) << error.cause << "\n" << error.remedy;
     // The usual folders may have a manifest of NVIDIA's as well.
     EXPECT_EQ(error.remedy.find("libegl1") != std::string::npos, error.cause.find("nvidia") != std::string::npos) << error.remedy;
     EXPECT_NE(errorWithDriver("/nonexistent/nvidia_icd.json").remedy.find("libegl1"), std::string::npos);
