@@ -138,6 +138,12 @@ const char* headingOf(OptionGroup group) {
 
 } // namespace
 
+void declareQuestions(CLI::App& app, bool& listDevices, bool& version) {
+    app.set_help_flag("-h,--help", "This text; after a command, that command alone");
+    app.add_flag("--list-devices", listDevices, "List Vulkan devices");
+    app.add_flag("--version", version, "Version, device, driver and required device features");
+}
+
 void declareOptions(CLI::App& app, Options& options) {
     app.footer(kFooter);
     for (const OptionGroup group : kCommonGroups)

@@ -12,4 +12,7 @@ struct Options;
 // Declares all options and commands to the parser, which fills `options`.
 void declareOptions(CLI::App& app, Options& options);
 
+// Declares what is asked without a scene: --help, and these two.
+void declareQuestions(CLI::App& app, bool& listDevices, bool& version);
+
 } // namespace cmpg

@@ -114,11 +114,9 @@ Options parseOptions(int argc, const char* const* argv) {
         arguments.insert(arguments.begin() + 1, commandName(Command::Open));
     }
     CLI::App app("cmpg-vk: a differentiable path tracer in Vulkan compute", "cmpg-vk");
-    app.set_help_flag("-h,--help", "This text; after a command, that command alone");
     app.get_formatter()->column_width(44);
     bool listDevices = false, version = false;
-    app.add_flag("--list-devices", listDevices, "List Vulkan devices");
-    app.add_flag("--version", version, "Version, device, driver and required device features");
+    declareQuestions(app, listDevices, version);
     declareOptions(app, o);
     app.require_subcommand(0, 1);
     try {

@@ -50,8 +50,7 @@ void writeManual(std::ostream& out, const CLI::App& app) {
            ".SH SYNOPSIS\n.B cmpg\\-vk\n.I SCENE\n.RI [ options ]\n.br\n.B cmpg\\-vk \\-\\-headless\n.I COMMAND INPUT\n.RI [ options ]\n"
            ".SH DESCRIPTION\nWithout a command, a window on a scene: render, differentiate and optimise live. A value in brackets is a default.\n";
     for (const std::string& group : groupsOf(app)) {
-        if (group != "Options") // of the parser: the help
-            out << ".SS " << escaped(group) << "\n";
+        out << ".SS " << escaped(group == "Options" ? "Without a scene" : group) << "\n"; // the parser's own
         writeOptions(out, app, group);
     }
     out << ".SH COMMANDS\n";
@@ -81,7 +80,8 @@ std::string choicesOf(const CLI::Option& option) {
 }
 
 void writeCompletion(std::ostream& out, const CLI::App& app) {
-    std::string commands, values, own;
+    std::string headless, values, own; // `headless`: commands that open no window
+    const std::string open = commandName(Command::Open);
     const auto addValues = [&](const CLI::App& from) {
         for (const CLI::Option* option : named(from))
             if (const std::string choices = choicesOf(*option); !choices.empty() && values.find("--" + option->get_lnames().front() + ")") == std::string::npos)
@@ -89,15 +89,17 @@ void writeCompletion(std::ostream& out, const CLI::App& app) {
     };
     addValues(app);
     for (const CLI::App* command : app.get_subcommands({})) {
-        commands += " " + command->get_name();
+        if (command->get_name() != open)
+            headless += (headless.empty() ? "" : " ") + command->get_name();
         own += "            " + command->get_name() + ") options+='" + wordsOf(*command) + "' ;;\n";
         addValues(*command);
     }
     out << "# bash completion of cmpg-vk\n_cmpg_vk() {\n    local word=${COMP_WORDS[COMP_CWORD]} options='" << wordsOf(app)
-        << "' w\n    case ${COMP_WORDS[COMP_CWORD-1]} in\n" << values << "    esac\n    local command=\n    for w in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n        case $w in\n"
-        << own << "            *) continue ;;\n        esac\n        command=$w\n        break\n    done\n    [[ $word == -* ]] && COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) && return\n"
-           "    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n    [[ -z $command ]] && COMPREPLY+=($(compgen -W '"
-        << commands << "' -- \"$word\"))\n}\ncomplete -o filenames -F _cmpg_vk cmpg-vk\n";
+        << "' w\n    case ${COMP_WORDS[COMP_CWORD-1]} in\n" << values << "    esac\n    local command= open='" << open << "'\n    for w in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n        case $w in\n"
+        << own << "            --headless) open=; continue ;;\n            *) continue ;;\n        esac\n        command=$w\n        break\n    done\n    [[ -z $command && -n $open ]] && options+='"
+        << wordsOf(*app.get_subcommand(open)) << "'\n    [[ $word == -* ]] && COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) && return\n"
+           "    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n    [[ -z $command ]] && COMPREPLY+=($(compgen -W \"$open "
+        << headless << "\" -- \"$word\"))\n}\ncomplete -o filenames -F _cmpg_vk cmpg-vk\n";
 }
 
 } // namespace
@@ -109,6 +111,8 @@ int main(int argc, char** argv) {
         return 2;
     CLI::App app("cmpg-vk");
     cmpg::Options options;
+    bool listDevices = false, version = false;
+    cmpg::declareQuestions(app, listDevices, version);
     cmpg::declareOptions(app, options);
     std::ofstream manual(argv[1]), completion(argv[2]);
     cmpg::writeManual(manual, app);

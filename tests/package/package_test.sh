@@ -37,17 +37,28 @@ message=$(env -u DISPLAY -u WAYLAND_DISPLAY "$program" "$source/scenes/box/scene
 [[ $message != *"libcmpg-viewer.so is missing"* ]] || fail "the installed program does not find its window: $message"
 MANROFFSEQ='' MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 -Z "$root/usr/share/man/man1/cmpg-vk.1.gz" >/dev/null 2>"$work/man.log"
 [ ! -s "$work/man.log" ] || fail "the manual page: $(cat "$work/man.log")"
-[[ $(zcat "$root/usr/share/man/man1/cmpg-vk.1.gz") == *'spp\-gradient'* ]] || fail "the manual page lacks options"
-desktop-file-validate "$root/usr/share/applications/cmpg-vk.desktop"
-offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk optimize --opt); COMP_CWORD=2; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
-[[ $offers == "--optimizer" ]] || fail "completion offers '$offers' for --opt"
-offers=$(bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk render --sampler in); COMP_CWORD=3; _cmpg_vk; echo \"\${COMPREPLY[@]}\"")
-[[ $offers == "independent" ]] || fail "completion offers '$offers' for --sampler in"
-mkdir "$work/files" && touch "$work/files/a picture.exr"
-for option in --reference --set; do
-    offers=$(cd "$work/files" && bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'; COMP_WORDS=(cmpg-vk compare $option a); COMP_CWORD=3; _cmpg_vk; printf '<%s>' \"\${COMPREPLY[@]}\"")
-    [[ $offers == "<a picture.exr>" ]] || fail "completion offers '$offers' for $option a"
+for option in spp list-devices version spp-gradient; do
+    [[ $(zcat "$root/usr/share/man/man1/cmpg-vk.1.gz") == *".B \\-\\-${option//-/\\-}"$'\n'* ]] || fail "the manual page lacks --$option"
 done
+desktop-file-validate "$root/usr/share/applications/cmpg-vk.desktop"
+# offers EXPECTED WORD...: what completion makes of the last word, in a folder of one file.
+mkdir "$work/files" && touch "$work/files/a picture.exr"
+offers() {
+    local expected=$1 found
+    shift
+    found=$(cd "$work/files" && bash -c "source '$root/usr/share/bash-completion/completions/cmpg-vk'"'; COMP_WORDS=(cmpg-vk "$@"); COMP_CWORD=$#; _cmpg_vk; printf "<%s>" "${COMPREPLY[@]}"' _ "$@")
+    [[ $found == "$expected" ]] || fail "completion offers '$found' for $*"
+}
+offers "<--optimizer>" optimize --opt
+offers "<independent>" render --sampler in
+offers "<a picture.exr>" compare --reference a
+offers "<a picture.exr>" compare --set a
+offers "<--list-devices>" --li
+offers "<--version>" --vers
+offers "<--param>" scene.gltf --par # without a command a window opens
+offers "<open><optimize>" o
+offers "<optimize>" --headless o
+offers "<>" --headless scene.gltf --par
 for header in cmpg/cmpg.h cmpg/error.h; do [ -f "$root/usr/include/$header" ] || fail "no header $header"; done
 
 dpkg_root --purge $(for p in "${packages[@]}"; do dpkg-deb -f "$p" Package; done)
