@@ -48,12 +48,14 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_CURRENT_LIST_DIR}/PackageTools.cmake)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS fonts-dejavu-core) # which the window writes with
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libvulkan1, fonts-dejavu-core") # the loader, which no tool sees; what the window writes with
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "differentiable path tracer that recovers materials from images
 Given a glTF or Mitsuba scene and pictures of it, it finds the textures and
 colours under which the scene looks like them, on any Vulkan device.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS libvulkan1)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${packaging}/triggers ${packaging}/shlibs)
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "differentiable path tracer, as a C++ library
 Scenes, devices, images with their derivatives and recoveries, for programs

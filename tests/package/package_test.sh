@@ -19,6 +19,8 @@ message=$(cd "$build" && cpack -G DEB -B "$work/lacking" -D "CMAKE_IGNORE_PATH=$
 [[ $message == *"dpkg-shlibdeps is not installed"* ]] || fail "cpack does not say what is missing: $message"
 for package in "${packages[@]}"; do
     [[ $(dpkg-deb -f "$package" Depends) == *libstdc++6* ]] || fail "$package does not depend on what it needs"
+    [[ $package == */cmpg-vk-mpi_* ]] || # depends on cmpg-vk
+        [[ $(dpkg-deb -f "$package" Depends) == *libvulkan1* && $(dpkg-deb -f "$package" Recommends) == *mesa-vulkan-drivers* ]] || fail "$package brings no Vulkan"
 done
 # The project has no address, and its packages close no bug of Debian's.
 lintian --fail-on error --suppress-tags bogus-mail-host,bogus-mail-host-in-debian-changelog,initial-upload-closes-no-bugs "${packages[@]}"
