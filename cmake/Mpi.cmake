@@ -11,6 +11,6 @@ foreach(mpi ompi-c mpich)
   target_compile_definitions(cmpg-${name} PRIVATE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX) # the C interface alone
   set_target_properties(cmpg-${name} PROPERTIES CXX_VISIBILITY_PRESET hidden)
   add_dependencies(cmpg-vk cmpg-${name})
-  install(TARGETS cmpg-${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmpg-vk COMPONENT mpi)
+  install(TARGETS cmpg-${name} LIBRARY DESTINATION ${CMPG_MODULE_FOLDER} COMPONENT mpi)
   set(CMPG_MPI ON)
 endforeach()

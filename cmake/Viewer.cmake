@@ -24,4 +24,4 @@ target_link_libraries(cmpg-viewer PRIVATE cmpg_viewer)
 # compiled for executables (-fPIE), which binding symbols locally makes fit for a module.
 target_link_options(cmpg-viewer PRIVATE -Wl,-Bsymbolic -Wl,--exclude-libs,ALL)
 add_dependencies(cmpg-vk cmpg-viewer) # which it loads
-install(TARGETS cmpg-viewer LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmpg-vk COMPONENT program)
+install(TARGETS cmpg-viewer LIBRARY DESTINATION ${CMPG_MODULE_FOLDER} COMPONENT program)

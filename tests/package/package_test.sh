@@ -63,6 +63,10 @@ offers "<optimize>" --headless o
 offers "<>" --headless scene.gltf --par
 for header in cmpg/cmpg.h cmpg/error.h; do [ -f "$root/usr/include/$header" ] || fail "no header $header"; done
 
-dpkg_root --purge $(for p in "${packages[@]}"; do dpkg-deb -f "$p" Package; done)
+names=$(for p in "${packages[@]}"; do dpkg-deb -f "$p" Package; done)
+dpkg_root --remove $names
+left=$(dpkg-query --admindir="$root/var/lib/dpkg" -W | grep -v '^libcmpg-dev' || true) # whose library has scripts for ldconfig, which stay until it is purged
+[ -z "$left" ] || fail "still known when they are removed: $left"
+dpkg_root --purge libcmpg-dev
 left=$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print)
 [ -z "$left" ] || fail "left behind: $left"
