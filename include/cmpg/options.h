@@ -39,7 +39,7 @@ constexpr double kLossEpsilon = 1e-2;
 constexpr std::uint32_t kFewestBatches = 8, kMostBatches = 64, kMostBudgeted = 1u << 16;
 
 // Auto: Gauss-Newton for what an image depends on nearly linearly and for up to eight constants, and Adam for normals and textures of the sheen's colour;
-// Adam alone where Gauss-Newton has not what it needs: a squared loss, and images that steps carry on.
+// Adam alone where Gauss-Newton has not what it needs: a squared loss, and images that steps carry on. GaussNewton: the same, and an error there.
 enum class OptimizerKind { Auto, GaussNewton, Adam, Sgd };
 enum class Schedule { Constant, Cosine, Exponential };
 

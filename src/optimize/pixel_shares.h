@@ -11,7 +11,7 @@ namespace cmpg {
 // How the pixels of a view answer to a change of the parameters, summed over their channels and over all that was added.
 class PixelAnswers {
   public:
-    // Two halves of the change of an image, with random numbers of their own. `mask`: as in Target; pixels without weight get no samples.
+    // Two halves of the change of an image, with random numbers of their own. `mask`: as in Target; pixels without weight have a share of 0.
     void add(const Image& a, const Image& b, std::span<const float> mask = {});
     // OptimizeState::pixelShares: the root of the products of both halves around a pixel, in which no path has a part that is in one of them by chance. Where only
     // rare paths find the light, the halves agree on next to nothing, and what they agree on tells of chance again: as much of the samples as is not known goes to
