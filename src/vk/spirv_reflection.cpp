@@ -1,5 +1,7 @@
-// Reads a kernel's interface from its SPIR-V (Khronos SPIR-V specification 1.6, section 3 for the numbers).
+// Reads a kernel's interface from its SPIR-V.
 #include "vk/spirv_reflection.h"
+
+#include "vk/spirv_words.h"
 
 #include <algorithm>
 #include <map>
@@ -8,59 +10,14 @@
 
 namespace cmpg {
 
+using namespace spirv;
+
 namespace {
 
-enum Op : std::uint32_t {
-    OpExecutionMode = 16,
-    OpCapability = 17,
-    OpTypeInt = 21,
-    OpTypeFloat = 22,
-    OpTypeVector = 23,
-    OpTypeMatrix = 24,
-    OpTypeImage = 25,
-    OpTypeSampledImage = 27,
-    OpTypeArray = 28,
-    OpTypeStruct = 30,
-    OpTypePointer = 32,
-    OpConstant = 43,
-    OpConstantComposite = 44,
-    OpSpecConstantTrue = 48,
-    OpSpecConstantFalse = 49,
-    OpSpecConstant = 50,
-    OpSpecConstantComposite = 51,
-    OpVariable = 59,
-    OpDecorate = 71,
-    OpMemberDecorate = 72,
-    OpExecutionModeId = 331,
-};
-enum Decoration : std::uint32_t {
-    DecorationSpecId = 1,
-    DecorationArrayStride = 6,
-    DecorationMatrixStride = 7,
-    DecorationBuiltIn = 11,
-    DecorationNonWritable = 24,
-    DecorationBinding = 33,
-    DecorationDescriptorSet = 34,
-    DecorationOffset = 35,
-};
 enum ImageFormat : std::uint32_t { ImageFormatR32f = 3, ImageFormatR32ui = 33 };
 enum StorageClass : std::uint32_t { ClassUniformConstant = 0, ClassUniform = 2, ClassPushConstant = 9, ClassStorageBuffer = 12 };
-constexpr std::uint32_t kMagic = 0x07230203, kHeaderWords = 5;
 constexpr std::uint32_t kModeLocalSize = 17, kModeLocalSizeId = 38, kBuiltInWorkgroupSize = 25, kDimBuffer = 5;
 constexpr std::uint32_t kCapabilityFloat64 = 10, kCapabilityInt64 = 11, kCapabilityInt64Atomics = 12;
-
-[[noreturn]] void fail(const std::string& reason) { throw std::invalid_argument("cannot read SPIR-V: " + reason); }
-
-struct Instruction {
-    std::uint32_t op = 0;
-    std::span<const std::uint32_t> words; // all of it, so that words[1] is the first operand
-
-    std::uint32_t at(std::size_t i) const {
-        if (i >= words.size())
-            fail("an instruction is too short");
-        return words[i];
-    }
-};
 
 // What the module says about its ids.
 struct Module {
@@ -218,19 +175,6 @@ std::array<std::uint32_t, 3> readLocalSize(const Module& module) {
     if (module.localSizeIds[0])
         return {module.value(module.localSizeIds[0]), module.value(module.localSizeIds[1]), module.value(module.localSizeIds[2])};
     return module.localSize;
-}
-
-// Calls use(instruction) for each.
-template <class Use> void forEachInstruction(std::span<const std::uint32_t> words, Use use) {
-    if (words.size() < kHeaderWords || words[0] != kMagic)
-        fail("no SPIR-V header");
-    for (std::size_t at = kHeaderWords; at < words.size();) {
-        const std::uint32_t length = words[at] >> 16; // words, the first included
-        if (length == 0 || length > words.size() - at)
-            fail("an instruction reaches over the end");
-        use(Instruction{words[at] & 0xffffu, words.subspan(at, length)});
-        at += length;
-    }
 }
 
 } // namespace
