@@ -104,7 +104,7 @@ struct RecoveryStep {
     double concentration = 0;   // of the gradient: the share of the few largest paths in the sum of all squares; 0: not measured
     std::uint64_t paths = 0;    // from the camera, of image and gradient
     std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
-    double nextSeconds = 0;     // that the next step is expected to take: as the last five, by its number of views and whether it measures curvature
+    double nextSeconds = 0;     // that the next step is expected to take: as the last five, by its number of views and what it measures
     std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 

@@ -52,10 +52,12 @@ void dropBeyondBounds(ImageHalves& halves, const Target& target) {
 
 } // namespace
 
-PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) {
-    constexpr std::uint32_t kMostPictures = 1 << 16;
-    return {seed, ~kMostPictures - step, kPrimalPass};
-}
+// Pictures count down from the last number, images that are carried on up from the first: one of each for a view.
+constexpr std::uint32_t kMostPictures = 1 << 16;
+
+PassKey curvatureKey(std::uint64_t seed, std::uint32_t step) { return {seed, ~kMostPictures - step, kPrimalPass}; }
+
+PassKey scanKey(std::uint64_t seed, std::uint32_t step) { return {seed, kMostPictures + step, kPrimalPass}; }
 
 void Optimization::findConstants(bool allowed) {
     const OptimizerKind asked = config_.optimizer.kind;

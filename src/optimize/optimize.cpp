@@ -148,12 +148,15 @@ StepReport Optimization::wholeStep() {
     model_.endStep();
     applyUpdate(report);
     publish(report);
+    scanShape(report);
     state_.history.back() = recordOf(report); // with the seconds of the update
     return report;
 }
 
 double Optimization::nextWork() const {
-    return double(viewOrder().viewsOf(state_.step).size()) * double(measuresAnyDiagonal() ? 1 + curvatureGroups().size() : 1);
+    constexpr double kScan = 1.5;
+    return double(viewOrder().viewsOf(state_.step).size()) *
+           (1 + (measuresAnyDiagonal() ? double(curvatureGroups().size()) : 0) + (scannedAfter(state_.step + 1) ? kScan : 0));
 }
 
 void Optimization::addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report) {

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace cmpg {
 
@@ -105,6 +106,8 @@ struct OptimizeState {
 PassKey pictureKey(std::uint64_t seed, std::size_t view);
 // And of what measures the curvature in a step.
 PassKey curvatureKey(std::uint64_t seed, std::uint32_t step);
+// And of what tries the shape of a lobe after one.
+PassKey scanKey(std::uint64_t seed, std::uint32_t step);
 
 class Optimization {
   public:
@@ -165,6 +168,9 @@ class Optimization {
     bool measuresConstants() const;
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
+    // The place in parameters_ of the shape of a lobe that is tried after so many steps: one at a time.
+    std::optional<std::size_t> scannedAfter(std::uint32_t steps) const;
+    void scanShape(StepReport& report);
     void sumUp(StepReport& report);
     void guessUnseen(std::size_t parameter);
     void applyUpdate(StepReport& report);
