@@ -168,6 +168,7 @@ class Optimization {
     bool measuresConstants() const;
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
+    bool canScan(std::size_t parameter) const;
     // The place in parameters_ of the shape of a lobe that is tried after so many steps: one at a time.
     std::optional<std::size_t> scannedAfter(std::uint32_t steps) const;
     void scanShape(StepReport& report);

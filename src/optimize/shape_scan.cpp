@@ -1,5 +1,6 @@
 // The shapes of lobes, tried over all of their range. A loss has several minima by a roughness: a polished ball may look less like one half as rough than
-// like a dull one, and no gradient leads from there. So now and then a constant goes where the image is surely nearer to its target.
+// like a dull one, and no gradient leads from there. So now and then a constant goes where the image is surely nearer to its target, and a map begins
+// anew there, with all texels alike.
 #include "optimize/shape_scan.h"
 
 #include "base/stopwatch.h"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace cmpg {
 namespace {
@@ -23,6 +25,8 @@ constexpr float kNear = 0.07f; // what is tried and is no farther away is left t
 // In standard errors: where the loss falls so much, surely; and where more rounds may tell.
 constexpr double kSure = 4, kLikely = 2;
 constexpr std::uint32_t kMostRounds = 8;
+constexpr std::size_t kMostScanned = std::size_t(1) << 20; // texels, which every trial uploads
+constexpr std::size_t kMostKinds = 2; // of maps: what three lack another may stand in for
 
 double lossOf(const ImageHalves& halves, const Target& target, const Image& weight, std::size_t k) {
     const double a = halves.half[0].image.values[k], b = halves.half[1].image.values[k], y = target.image.values[k];
@@ -50,17 +54,22 @@ void ShapeGain::add(const std::array<ImageHalves, 2>& now, const std::array<Imag
 
 double ShapeGain::error() const { return std::sqrt(variance_) / rounds_; }
 
+bool Optimization::canScan(std::size_t i) const {
+    const Parameter& parameter = scene_.parameters[parameters_[i]];
+    const auto isMapToScan = [&] { return usesDiagonal(i) && parameter.entries() <= kMostScanned && seesAll() && curvatureGroups().size() <= kMostKinds; };
+    return shapesLobe(parameter.kind) && (isConstant(i) || isMapToScan());
+}
+
 std::optional<std::size_t> Optimization::scannedAfter(std::uint32_t steps) const {
-    std::vector<std::size_t> shapes;
-    for (const std::size_t i : constants_)
-        if (shapesLobe(scene_.parameters[parameters_[i]].kind))
-            shapes.push_back(i);
-    if (shapes.empty() || steps >= config_.steps)
-        return {};
-    const std::uint32_t begin = std::max(state_.moments[shapes[0]].start, config_.warmUp);
-    for (std::uint64_t first = begin + kFirstScan; first <= steps; first = begin + (first - begin) * kScanGrowth)
-        if (const std::uint64_t place = steps - first; place < shapes.size())
-            return shapes[place];
+    std::uint32_t place = 0;
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+        if (!canScan(i))
+            continue;
+        const std::uint64_t first = std::max(state_.moments[i].start, config_.warmUp) + place++;
+        for (std::uint64_t at = kFirstScan; first + at <= steps; at *= kScanGrowth)
+            if (first + at == steps && steps < config_.steps)
+                return i;
+    }
     return {};
 }
 
@@ -71,11 +80,12 @@ void Optimization::scanShape(StepReport& report) {
     const ScopedTime time(report.secondsGradient);
     const std::uint32_t index = parameters_[*scanned];
     Parameter& parameter = scene_.parameters[index];
-    const float now = parameter.values[0]; // which the model's setParameter() changes
+    const std::vector<float> now = parameter.values; // which the model's setParameter() changes
+    const float mean = std::accumulate(now.begin(), now.end(), 0.f) / float(now.size());
     const float least = std::max(parameter.lowest(), 1.001f * scene_.floorOf(index));
     std::vector<float> tried;
     for (const float share : kTried)
-        if (const float value = std::clamp(share * parameter.highest(), least, parameter.highest()); std::abs(value - now) > kNear * parameter.highest())
+        if (const float value = std::clamp(share * parameter.highest(), least, parameter.highest()); std::abs(value - mean) > kNear * parameter.highest())
             tried.push_back(value);
     // Images in difference to themselves: the kernels of a step's images.
     for (const std::uint32_t p : parameters_)
@@ -85,8 +95,8 @@ void Optimization::scanShape(StepReport& report) {
         for (std::size_t view = 0; view < model_.views(); ++view) {
             const LoadedTarget target(config_.targets[view]);
             const Image weight = lossCurvature(config_.loss, target->image, target->mask);
-            const auto images = [&](float value) {
-                model_.setParameter(index, std::array{value});
+            const auto images = [&](std::span<const float> values) {
+                model_.setParameter(index, values);
                 std::array<ImageHalves, 2> both;
                 for (std::uint32_t i = 0; i < 2; ++i) {
                     const std::size_t n = ((state_.step * model_.views() + view) * kMostRounds + number) * 2 + i;
@@ -97,7 +107,7 @@ void Optimization::scanShape(StepReport& report) {
             };
             const std::array<ImageHalves, 2> before = images(now);
             for (std::size_t i = first; i < end; ++i)
-                gains[i].add(before, images(tried[i]), *target, weight);
+                gains[i].add(before, images(std::vector<float>(now.size(), tried[i])), *target, weight);
         }
         for (std::size_t i = first; i < end; ++i)
             gains[i].endRound();
@@ -114,15 +124,19 @@ void Optimization::scanShape(StepReport& report) {
             round(number, best, best + 1);
         sure = isSure();
     } catch (...) {
-        parameter.values[0] = now;
-        model_.setParameter(index, std::array{now});
+        parameter.values = now;
+        model_.setParameter(index, now);
         throw;
     }
     second_.reset();
-    parameter.values[0] = sure ? tried[best] : now;
+    parameter.values = sure ? std::vector<float>(now.size(), tried[best]) : now;
     model_.setParameter(index, parameter.values);
     if (!sure)
         return;
+    if (Moments& moments = state_.moments[*scanned]; !isConstant(*scanned)) { // of constants it is seen that they have moved
+        moments = initialMoments(config_.optimizer, parameter);
+        moments.start = state_.step;
+    }
     for (RunningImage& image : state_.images) // of what is no more
         image.drop();
     state_.imageValues.assign(state_.imageValues.size(), nullptr);
