@@ -28,6 +28,15 @@ constexpr std::uint32_t kMostRounds = 8;
 constexpr std::size_t kMostScanned = std::size_t(1) << 20; // texels, which every trial uploads
 constexpr std::size_t kMostKinds = 2; // of maps: what three lack another may stand in for
 
+std::vector<float> valuesToTry(const Parameter& parameter, float least) {
+    const float mean = std::accumulate(parameter.values.begin(), parameter.values.end(), 0.f) / float(parameter.values.size());
+    std::vector<float> values;
+    for (const float share : kTried)
+        if (const float value = std::clamp(share * parameter.highest(), least, parameter.highest()); std::abs(value - mean) > kNear * parameter.highest())
+            values.push_back(value);
+    return values;
+}
+
 double lossOf(const ImageHalves& halves, const Target& target, const Image& weight, std::size_t k) {
     const double a = halves.half[0].image.values[k], b = halves.half[1].image.values[k], y = target.image.values[k];
     if (!target.clipped.empty() && target.clipped[k] && isBeyondBound(a, b, y))
@@ -81,12 +90,7 @@ void Optimization::scanShape(StepReport& report) {
     const std::uint32_t index = parameters_[*scanned];
     Parameter& parameter = scene_.parameters[index];
     const std::vector<float> now = parameter.values; // which the model's setParameter() changes
-    const float mean = std::accumulate(now.begin(), now.end(), 0.f) / float(now.size());
-    const float least = std::max(parameter.lowest(), 1.001f * scene_.floorOf(index));
-    std::vector<float> tried;
-    for (const float share : kTried)
-        if (const float value = std::clamp(share * parameter.highest(), least, parameter.highest()); std::abs(value - mean) > kNear * parameter.highest())
-            tried.push_back(value);
+    const std::vector<float> tried = valuesToTry(parameter, std::max(parameter.lowest(), 1.001f * scene_.floorOf(index)));
     // Images in difference to themselves: the kernels of a step's images.
     for (const std::uint32_t p : parameters_)
         model_.setSecondValues(p, scene_.parameters[p].values);

@@ -378,11 +378,12 @@ class Pruning {
     }
 
     const Words words_, constants_;
-    std::vector<Value> values_;           // by id, as all that follows
+    // By id.
+    std::vector<Value> values_;
     std::vector<Kind> kinds_;
     std::vector<Value> specIds_;          // of constants that can be specialised
     std::vector<std::size_t> functionOf_; // kNone: it is none
-    std::vector<Instruction> globals_;    // before the first function
+    std::vector<Instruction> globals_; // before the first function
     std::vector<Function> functions_;
     std::uint32_t entry_ = 0, boolType_ = 0;
     bool changed_ = false;
