@@ -100,11 +100,12 @@ struct RecoveryStep {
     double rate = 0;            // of the first parameter, schedule included
     double seconds = 0;         // wall, of the whole step
     double imageSeconds = 0, gradientSeconds = 0, updateSeconds = 0; // of it; the last with loss and regulariser
+    double compileSeconds = 0;  // of it, in which kernels were compiled, about; 0 in history()
     double gradientNorm = 0;    // Euclidean, over all parameters
     double concentration = 0;   // of the gradient: the share of the few largest paths in the sum of all squares; 0: not measured
     std::uint64_t paths = 0;    // from the camera, of image and gradient
     std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
-    double nextSeconds = 0;     // that the next step is expected to take: as the last five, by its number of views and what it measures
+    double nextSeconds = 0;     // that the next step is expected to take: as the last five without compiling, by its number of views and what it measures
     std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 

@@ -10,6 +10,8 @@
 #include "optimize/loaded_target.h"
 #include "render/saved_guide.h"
 
+#include <algorithm>
+
 namespace cmpg::v1 {
 namespace {
 
@@ -60,7 +62,7 @@ RecoveryStep Recovery::step() {
     s.requireSameOnAll("step");
     StepReport report;
     const Optimization& optimization = s.optimization();
-    const double share = optimization.nextWork();
+    const double share = optimization.nextWork(), compiledBefore = s.base->device->device.compileSeconds();
     try {
         together(s.ranks(), [&] {
             s.learning([&] {
@@ -83,7 +85,8 @@ RecoveryStep Recovery::step() {
     step.seconds = watch.seconds();
     step.concentration = report.concentration;
     step.paths = report.samples;
-    step.nextSeconds = s.usualPace(step.seconds / share) * optimization.nextWork();
+    step.compileSeconds = std::clamp(s.base->device->device.compileSeconds() - compiledBefore, 0.0, step.seconds); // threads compile for later steps beside this one
+    step.nextSeconds = s.usualPace((step.seconds - step.compileSeconds) / share) * optimization.nextWork();
     step.warnings = s.watch.observe(report);
     return step;
 }

@@ -61,7 +61,7 @@ struct Recovery::State {
     std::recursive_mutex& mutex() const { return base->device->mutex; }
     Optimization& optimization() { return run->optimization(); }
 
-    // The median of the last five paces, with this one: a step that had to compile kernels says nothing of the next.
+    // The median of the last five paces, with this one: a step that tried another method says little of the next.
     double usualPace(double pace);
     std::size_t indexOf(const std::string& name) const;
     void requireTarget(std::size_t target) const;
