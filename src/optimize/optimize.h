@@ -116,7 +116,7 @@ class Optimization {
     Optimization(ImageModel& model, Scene& scene, OptimizeConfig config, std::vector<std::uint32_t> parameters, OptimizeState start = {});
 
     // Now and then the curvature of the loss, once for each group of slots. For each view of the step: primal image, loss, adjoint, derivative pass with random numbers of its own; regulariser; then the model learns;
-    // update, projection. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
+    // update, projection; now and then the shape of a lobe is tried over its range. Error(Numerical) if no gradient entry at all is finite. Whatever it throws, the state on the host is that
     // after a whole step, this one or the last: the device has no part in what changes it. But not where memory runs out in the update itself.
     StepReport step();
     double nextWork() const; // of the next step, about: in passes of one view
