@@ -67,29 +67,45 @@ class TurningModel final : public ImageModel {
     std::vector<float> now_, second_;
 };
 
+struct TurningRun {
+    Scene scene;
+    TurningModel model;
+    Optimization optimization;
+
+    TurningRun(double turns, double noise, float start, const std::vector<float>& truth, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind)
+        : scene(sceneOf(start, truth.size())), model(turns, noise, scene.parameters[0].values), optimization(model, scene, configOf(model.truth(truth), steps, seed, kind), {0}) {}
+
+    static Scene sceneOf(float start, std::size_t texels) {
+        Scene scene;
+        Parameter& roughness = scene.parameters.emplace_back();
+        roughness.name = "ball.roughness";
+        roughness.kind = SlotKind::Roughness;
+        roughness.channels = 1;
+        roughness.textured = texels > 1;
+        roughness.width = std::uint32_t(texels);
+        roughness.values.assign(texels, start);
+        return scene;
+    }
+    static OptimizeConfig configOf(Image target, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind) {
+        OptimizeConfig config;
+        config.steps = steps;
+        config.seed = seed;
+        config.sppDifference = 12;
+        config.optimizer.kind = kind;
+        config.targets.emplace_back().image = std::move(target);
+        return config;
+    }
+    const std::vector<float>& values() const { return scene.parameters[0].values; }
+};
+
 // The values after `steps` steps from `start`.
 std::vector<float> recovered(double turns, double noise, float start, const std::vector<float>& truth, std::uint32_t steps, std::uint64_t seed,
                              OptimizerKind kind = OptimizerKind::Auto) {
-    Scene scene;
-    Parameter& roughness = scene.parameters.emplace_back();
-    roughness.name = "ball.roughness";
-    roughness.kind = SlotKind::Roughness;
-    roughness.channels = 1;
-    roughness.textured = truth.size() > 1;
-    roughness.width = std::uint32_t(truth.size());
-    roughness.values.assign(truth.size(), start);
-    TurningModel model(turns, noise, roughness.values);
-    OptimizeConfig config;
-    config.steps = steps;
-    config.seed = seed;
-    config.sppDifference = 12;
-    config.optimizer.kind = kind;
-    config.targets.emplace_back().image = model.truth(truth);
-    Optimization optimization(model, scene, config, {0});
+    TurningRun run(turns, noise, start, truth, steps, seed, kind);
     for (std::uint32_t i = 0; i < steps; ++i)
-        optimization.step();
-    EXPECT_EQ(scene.parameters[0].values, model.now()); // the model has what the host has
-    return scene.parameters[0].values;
+        run.optimization.step();
+    EXPECT_EQ(run.values(), run.model.now()); // the model has what the host has
+    return run.values();
 }
 
 float recovered(double turns, double noise, float start, float truth, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind = OptimizerKind::Auto) {
@@ -114,6 +130,22 @@ TEST(ShapeScan, BeginsAMapAnewWhereItIsNearer) {
     const std::vector<float> values = recovered(kTurns, 0.02, 0.85f, truth, 40, 0);
     for (std::size_t i = 0; i < truth.size(); ++i)
         EXPECT_NEAR(values[i], truth[i], 0.02) << "texel " << i;
+}
+
+// As it was kept after the step that moved, or after the next.
+TEST(ShapeScan, ARunThatGoesOnIsOneRun) {
+    const std::vector<float> truth(4, 0.3f);
+    const std::vector<float> whole = recovered(kTurns, 0.02, 0.85f, truth, 10, 0);
+    for (const int kept : {4, 5}) {
+        TurningRun first(kTurns, 0.02, 0.85f, truth, 10, 0, OptimizerKind::Auto), second(kTurns, 0.02, 0.85f, truth, 10, 0, OptimizerKind::Auto);
+        for (int i = 0; i < kept; ++i)
+            first.optimization.step();
+        EXPECT_LT(first.values()[0], 0.6f) << "it has moved";
+        second.optimization.restore(first.optimization.state(), {first.values()}, first.optimization.gradients());
+        for (int i = kept; i < 10; ++i)
+            second.optimization.step();
+        EXPECT_EQ(second.values(), whole) << "after " << kept;
+    }
 }
 
 TEST(ShapeScan, LeavesTheOnlyMinimumAlone) {
