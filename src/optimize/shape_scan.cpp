@@ -26,7 +26,7 @@ constexpr float kNear = 0.07f; // what is tried and is no farther away is left t
 constexpr double kSure = 4, kLikely = 2;
 constexpr std::uint32_t kMostRounds = 8;
 constexpr std::size_t kMostScanned = std::size_t(1) << 20; // texels, which every trial uploads
-constexpr std::size_t kMostKinds = 2; // of maps: what three lack another may stand in for
+constexpr std::size_t kMostKinds = 2; // of maps that are recovered: of three each can stand in for what another lacks
 
 std::vector<float> valuesToTry(const Parameter& parameter, float least) {
     const float mean = std::accumulate(parameter.values.begin(), parameter.values.end(), 0.f) / float(parameter.values.size());
