@@ -1,5 +1,5 @@
 """Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane or a slab of glass
-before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is."""
+before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is, polished balls under a sun."""
 import math
 import random
 
@@ -208,4 +208,57 @@ def tiles():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles)}
+def sunny(sun):
+    """A blue sky over dark ground, with a sun of four texels."""
+    sky = images.Picture(128, 64, lambda u, v: (0.35 + 0.3 * (0.5 - abs(v - 0.5)), 0.5, 0.9) if v < 0.5 else (0.12, 0.1, 0.08))
+    for row in (15, 16):
+        for column in (30, 31):
+            sky.rows[row][column] = (sun, 0.9 * sun, 0.77 * sun)
+    return sky
+
+
+def terrace():
+    """A polished metal ball and one of glass on tiles in the sun, from three sides."""
+    g = Gltf(max_depth=8)
+
+    def tile(u, v):
+        tint = random.Random(int(6 * u) * 17 + int(6 * v) * 101)
+        shade = 0.9 + 0.1 * math.sin(40 * u + 31 * v)
+        colour = [shade * (low + spread * tint.random()) for low, spread in ((0.5, 0.3), (0.35, 0.25), (0.25, 0.2))]
+        return tuple(255 * images.srgb_encode(c) for c in ((0.15, 0.15, 0.14) if min(6 * u % 1, 6 * v % 1) < 0.06 else colour))
+
+    g.environment("sky.exr", sunny(700.0).exr())
+    g.material("ground", texture=texture(g, tile, 128, 128), roughness=0.7, specular=0.5)
+    g.material("ball", (0.9, 0.7, 0.4), metallic=1, roughness=0.3, specular=1)
+    g.material("glass", roughness=0, specular=1, glass="solid", ior=1.5)
+    g.material("post", (0.7, 0.2, 0.15))
+    g.mesh("ground", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "ground")
+    g.mesh("ball", Mesh().sphere((-0.6, 0.5, -0.3), 0.5), "ball")
+    g.mesh("glass", Mesh().sphere((0.7, 0.4, 0.3), 0.4), "glass")
+    g.mesh("post", Mesh().box((0.2, 0, -1.4), (0.45, 1.6, -1.15)), "post")
+    for name, place in (("front", (0.3, 2.2, 3.4)), ("left", (-3.2, 1.8, 1.6)), ("back", (2.6, 2.6, -2.2))):
+        g.camera(name, place, (0, 0.2, 0), 48)
+    return g
+
+
+def polished():
+    """A metal ball of 8 x 8 fields, each polished in its own way, in the sun, from two sides."""
+    g = Gltf(max_depth=6)
+
+    def field(u, v):
+        return 0, 255 * (0.12 + 0.25 * random.Random(int(8 * u) * 17 + int(8 * v) * 101).random()), 255
+
+    sky = sunny(300.0)
+    for row in range(20, 26):
+        sky.rows[row][80:90] = [(6.0, 5.0, 4.0)] * 10
+    g.environment("sky.exr", sky.exr())
+    g.material("ball", (0.9, 0.7, 0.4), metallic=1, rough_texture=g.texture("polish.png", images.Picture(64, 64, field).png()), specular=1)
+    g.material("ground", (0.4, 0.35, 0.3))
+    g.mesh("ground", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "ground")
+    g.mesh("ball", Mesh().sphere((0, 0.8, 0), 0.8, 64, 32), "ball")
+    for name, place in (("front", (0.3, 1.6, 3.2)), ("left", (-2.9, 1.5, 1.4))):
+        g.camera(name, place, (0, 0.7, 0), 42)
+    return g
+
+
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles, terrace, polished)}
