@@ -295,10 +295,14 @@ void Optimization::applyUpdate(StepReport& report) {
 }
 
 // A value below its floor has no derivative, and would stay there for good.
-void Optimization::raiseToFloors() {
+float Optimization::raisedFloorOf(std::uint32_t parameter) const {
     constexpr float kAbove = 1.001f;
+    return kAbove * scene_.floorOf(parameter);
+}
+
+void Optimization::raiseToFloors() {
     for (const std::uint32_t p : parameters_)
-        if (const float least = kAbove * scene_.floorOf(p); least > 0)
+        if (const float least = raisedFloorOf(p); least > 0)
             for (float& value : scene_.parameters[p].values)
                 value = std::max(value, least);
 }

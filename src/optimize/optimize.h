@@ -176,6 +176,7 @@ class Optimization {
     void guessUnseen(std::size_t parameter);
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
+    float raisedFloorOf(std::uint32_t parameter) const; // that updates leave it at least; `parameter`: in the scene
     void raiseToFloors();
     void publish(StepReport& report);
     double rateFactor() const; // schedule included

@@ -90,7 +90,7 @@ void Optimization::scanShape(StepReport& report) {
     const std::uint32_t index = parameters_[*scanned];
     Parameter& parameter = scene_.parameters[index];
     const std::vector<float> now = parameter.values; // which the model's setParameter() changes
-    const std::vector<float> tried = valuesToTry(parameter, std::max(parameter.lowest(), 1.001f * scene_.floorOf(index)));
+    const std::vector<float> tried = valuesToTry(parameter, std::max(parameter.lowest(), raisedFloorOf(index)));
     // Images in difference to themselves: the kernels of a step's images.
     for (const std::uint32_t p : parameters_)
         model_.setSecondValues(p, scene_.parameters[p].values);
