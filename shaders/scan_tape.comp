@@ -117,7 +117,8 @@ void main() {
     const vec3 reflected = visible * v.direct + scattered; // R
     if (push.suffixes != 0) suffixes[slot] = vec4(v.emission + reflected, 0);
     if (kDifference)
-        tangents[slot] = vec4(tapeGet3(slot, kPlaneSecond) + visible * tapeGet3(slot, kPlaneSecond + 3) + tapeGet3(slot, kPlaneSecond + 6) * found.tangent, 0);
+        tangents[slot] = vec4((kSecondLight ? tapeGet3(slot, kPlaneSecond + kTapeSecond) : v.emission) + visible * tapeGet3(slot, kPlaneSecond) +
+                                  tapeGet3(slot, kPlaneSecond + 3) * found.tangent, 0);
     if (!kDerivatives) {
         if (kRecord) leaveRecord(slot, scattered, reflected, noTerms());
         return;

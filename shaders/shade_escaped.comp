@@ -44,7 +44,7 @@ void main() {
         weight = 1.0;
         if (kEnvironmentLight && push.bounce > 0) weight = foundWeight(ray.pdf, environmentDensity(scene.environment, local, uv));
         v.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, kFrozen ? scene.secondTexels : 0));
-        if (kDifference) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.secondTexels));
+        if (kSecondLight) second.emission = keepFinite(weight * environmentRadiance(scene.environment, uv, scene.secondTexels));
     }
     if (kDifference) tapeSecond(slot, second);
     if (kDerivatives) {

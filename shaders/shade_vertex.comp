@@ -122,9 +122,13 @@ bool sampleDirect(uint slot, SurfacePoint p, SurfaceMaterial sampling, SurfaceMa
         direct = keepFinite(factor * radiance);
         wanted = any(notEqual(direct, vec3(0)));
         if (kDifference) {
-            vec3 secondFactor = scale * scattered(p, second, second.normal, wo, light.direction, false);
-            if (kAbsorbing) secondFactor *= kept;
-            secondDirect = keepFinite(secondFactor * lightRadiance(scene, light, scene.secondMaterials, scene.secondTexels));
+            vec3 secondFactor = factor, secondRadiance = radiance;
+            if (kSecondSurface) {
+                secondFactor = scale * scattered(p, second, second.normal, wo, light.direction, false);
+                if (kAbsorbing) secondFactor *= kept;
+            }
+            if (kSecondLight) secondRadiance = lightRadiance(scene, light, scene.secondMaterials, scene.secondTexels);
+            secondDirect = keepFinite(secondFactor * secondRadiance);
             wanted = wanted || any(notEqual(secondDirect, vec3(0)));
         }
         if (kDiffSurface && differentiated) {
@@ -160,7 +164,7 @@ void main() {
     SurfaceMaterial value = sampling;
     if (kFrozen) value = surfaceMaterial(p, wo, scene.secondMaterials, scene.secondTexels);
     SurfaceMaterial secondValue = sampling;
-    if (kDifference) secondValue = surfaceMaterial(p, wo, scene.secondMaterials, scene.secondTexels);
+    if (kSecondSurface) readSlots(secondValue, p, wo, kSecondSlots, scene.secondMaterials, scene.secondTexels);
     SecondFactors second = SecondFactors(vec3(0), vec3(0), vec3(0));
     const bool differentiated = kDiffSurface && ((sampling.surface.asked & kScatteringSlots) != 0 ||
                                                  (kDiffWeight && (sampling.flags & kMaterialWeightDifferentiated) != 0));
@@ -168,7 +172,7 @@ void main() {
         sampling.normal = boundaryNormal(sampling.surface, sampling.normal, p.faceNormal, wo);
         if (kFrozen) value.normal = boundaryNormal(value.surface, value.normal, p.faceNormal, wo);
         else value.normal = sampling.normal;
-        if (kDifference) secondValue.normal = boundaryNormal(secondValue.surface, secondValue.normal, p.faceNormal, wo);
+        if (kSecondSurface) secondValue.normal = boundaryNormal(secondValue.surface, secondValue.normal, p.faceNormal, wo);
     }
 
     // Emission, one-sided.
@@ -180,7 +184,7 @@ void main() {
         if (kTriangleLights && push.bounce > 0) emissionWeight = foundWeight(ray.pdf, areaToSolidAngle(lightDensity(hit.triangle), hit.t * hit.t, cosFace));
         const vec3 radiance = emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, kFrozen ? scene.secondMaterials : 0, kFrozen ? scene.secondTexels : 0);
         v.emission = keepFinite(emissionWeight * radiance);
-        if (kDifference)
+        if (kSecondLight)
             second.emission = keepFinite(emissionWeight * emittedRadiance(p.material, sampling.flags, p.uv0, p.uv1, scene.secondMaterials, scene.secondTexels));
     }
     if (kDerivatives) {
@@ -227,7 +231,7 @@ void main() {
             }
             v.weight = keepFinite(v.weight);
             // A black albedo ends no path whose derivative lives.
-            if (kDifference) second.weight = keepFinite(scattered(p, secondValue, sampling.normal, wo, wi, single) / pdf);
+            if (kDifference) second.weight = kSecondSurface ? keepFinite(scattered(p, secondValue, sampling.normal, wo, wi, single) / pdf) : v.weight;
             wantRay = any(notEqual(v.weight, vec3(0))) || any(notEqual(second.weight, vec3(0))) || (kDiffSurface && differentiated && anyDerivative(d));
             scatters = wantRay;
             wantRay = wantRay && leads;

@@ -73,6 +73,10 @@ const bool kPrefix = kReverse || kGuideLookup; // what a path has collected so f
 const bool kPrefixTangent = kGuideLookup || kRoulette; // so does a bound on its derivative
 const uint kSlotMaskSurface = ~kSlotMaskLight * kClassDifferentiated;
 const bool kDiffSurface = (kTapedSlots & kSlotMaskSurface) != 0;
+// Difference mode: only slots that are differentiated have another value in the second set. Both are evaluated where a surface or a light has such slots.
+const uint kSecondSlots = kDifferentiated * (kMode & kMode >> 1 & 1); // of modes 0 to 3: 0, 0, 0, 1
+const bool kSecondSurface = (kSecondSlots & kSlotMaskSurface) != 0;
+const bool kSecondLight = (kSecondSlots & kSlotMaskLight) != 0;
 const uint kKeptSlots = kDifferentiated & ~kSlotMaskLight;
 // False: a pass makes nothing but derivatives by surfaces, and light that meets none of these on its way to the camera is not looked for.
 const bool kAllLight = kDerivativeMode == 0 || kRecord || kDiffLight;

@@ -47,63 +47,68 @@ vec3 mappedNormal(SurfacePoint p, uint firstTexel, OUT(mat3) frame, OUT(vec3) t,
     return inverseLength > 0.0 ? normalize(frame * t) : p.normal;
 }
 
-// Seen from wo, which only mapped normals depend on. There may be two sets of materials and values: firstMaterial and firstTexel are where
-// the one that is meant begins, 0 for the first set.
-SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint firstMaterial, uint firstTexel) {
+// Reads what the slots of a mask (1 << kSlotBaseColor ...) hold. Seen from wo, which only mapped normals depend on. There may be two sets of materials and
+// values: firstMaterial and firstTexel are where the one that is meant begins, 0 for the first set.
+void readSlots(INOUT(SurfaceMaterial) m, SurfacePoint p, vec3 wo, uint slots, uint firstMaterial, uint firstTexel) {
+#define READS(Slot) ((slots & (1u << kSlot##Slot)) != 0)
+#define TEXTURED(Slot) (kTextured##Slot && (m.flags & slots & (1u << kSlot##Slot)) != 0)
+#define TEXTURE_VALUE(Slot) textureValue(p.material, kSlot##Slot, p.uv0, p.uv1, firstTexel)
     const uint at = (p.material + firstMaterial) * kMaterialTexels;
     const uvec4 m0 = materialTexel(at), m1 = materialTexel(at + 1);
-    SurfaceMaterial m;
-    m.flags = m1.w;
-    m.surface.baseColor = uintBitsToFloat(m0.xyz);
-    m.surface.roughness = uintBitsToFloat(m0.w);
-    m.surface.metallic = uintBitsToFloat(m1.x);
-    m.surface.specular = uintBitsToFloat(m1.y);
-    m.surface.ior = uintBitsToFloat(m1.z);
-    m.surface.asked = askedSlots(p.material, m.flags);
-    m.surface.model = m.flags;
-    m.surface.specularColor = vec3(1);
-    if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
-    m.normal = p.normal;
-    m.colorFactor = vec3(1);
-    if (kBlend) m.share = blendShare(p, firstTexel);
+    if (READS(BaseColor)) m.surface.baseColor = uintBitsToFloat(m0.xyz);
+    if (READS(Roughness)) m.surface.roughness = uintBitsToFloat(m0.w);
+    if (READS(Metallic)) m.surface.metallic = uintBitsToFloat(m1.x);
+    if (READS(Specular)) {
+        m.surface.specular = uintBitsToFloat(m1.y);
+        if (kLobeSpecular || kOtherModels) m.surface.specularColor = uintBitsToFloat(materialTexel(at + 2).xyz);
+    }
+    if (kBlend && READS(Weight)) m.share = blendShare(p, firstTexel);
     if (kTextures && (m.flags & ((1u << kFlaggedSlots) - 1u)) != 0) {
-        const uint f = m.flags;
-        if (kTexturedBaseColor && (f & (1u << kSlotBaseColor)) != 0) m.surface.baseColor = textureValue(p.material, kSlotBaseColor, p.uv0, p.uv1, firstTexel);
+        if (TEXTURED(BaseColor)) m.surface.baseColor = TEXTURE_VALUE(BaseColor);
         if (kLobeSpecular && IS_METALLIC_ROUGHNESS(m.surface)) {
-            if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
-                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, firstTexel).x;
-            if (kTexturedMetallic && (f & (1u << kSlotMetallic)) != 0) m.surface.metallic = textureValue(p.material, kSlotMetallic, p.uv0, p.uv1, firstTexel).x;
-            if (kTexturedSpecular && (f & (1u << kSlotSpecular)) != 0) m.surface.specular = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, firstTexel).x;
+            if (TEXTURED(Roughness)) m.surface.roughness = TEXTURE_VALUE(Roughness).x;
+            if (TEXTURED(Metallic)) m.surface.metallic = TEXTURE_VALUE(Metallic).x;
+            if (TEXTURED(Specular)) m.surface.specular = TEXTURE_VALUE(Specular).x;
         }
         if (kOtherModels && !IS_METALLIC_ROUGHNESS(m.surface)) {
-            if (kTexturedRoughness && (f & (1u << kSlotRoughness)) != 0)
-                m.surface.roughness = textureValue(p.material, kSlotRoughness, p.uv0, p.uv1, firstTexel).x;
-            if (kTexturedSpecular && !IS_CONDUCTOR(m.surface) && (f & (1u << kSlotSpecular)) != 0)
-                m.surface.specularColor = textureValue(p.material, kSlotSpecular, p.uv0, p.uv1, firstTexel);
+            if (TEXTURED(Roughness)) m.surface.roughness = TEXTURE_VALUE(Roughness).x;
+            if (TEXTURED(Specular) && !IS_CONDUCTOR(m.surface)) m.surface.specularColor = TEXTURE_VALUE(Specular);
         }
 #define LOBE_SLOT(number, Name, name, channels, highest, adam, sgd, extension, factor, standard, texture, channel) \
-    if (kTextured##Name && (f & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = textureValue(p.material, number, p.uv0, p.uv1, firstTexel).x;
+        if (kTextured##Name && (m.flags & slots & (1u << number) & ((1u << kFlaggedSlots) - 1u)) != 0) m.surface.lobe[number - kCommonSlots] = TEXTURE_VALUE(Name).x;
 #include "shared/slots.def"
-        if (kTexturedNormal && (f & (1u << kSlotNormal)) != 0) {
+        if (TEXTURED(Normal)) {
             mat3 frame;
             vec3 t;
             float inverseLength;
             m.normal = visibleNormal(p.normal, mappedNormal(p, firstTexel, frame, t, inverseLength), wo);
         }
     }
-    if (IS_ANISOTROPIC(m.surface)) {
-        m.surface.lobe[kSlotAnisotropy - kCommonSlots] = textureValue(p.material, kSlotAnisotropy, p.uv0, p.uv1, firstTexel).x;
-        m.surface.tangent = anisotropyDirection(p);
-    }
+    if (IS_ANISOTROPIC(m.surface) && READS(Anisotropy)) m.surface.lobe[kSlotAnisotropy - kCommonSlots] = TEXTURE_VALUE(Anisotropy).x;
     if (HAS_SHEEN(m.surface)) {
-        m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = textureValue(p.material, kSlotSheenRoughness, p.uv0, p.uv1, firstTexel).x;
-        m.surface.sheenColor = textureValue(p.material, kSlotSheenColor, p.uv0, p.uv1, firstTexel);
+        if (READS(SheenRoughness)) m.surface.lobe[kSlotSheenRoughness - kCommonSlots] = TEXTURE_VALUE(SheenRoughness).x;
+        if (READS(SheenColor)) m.surface.sheenColor = TEXTURE_VALUE(SheenColor);
     }
+    if (kColors && READS(BaseColor)) m.surface.baseColor *= m.colorFactor;
+#undef READS
+#undef TEXTURED
+#undef TEXTURE_VALUE
+}
+
+// With a set of values, see readSlots().
+SurfaceMaterial surfaceMaterial(SurfacePoint p, vec3 wo, uint firstMaterial, uint firstTexel) {
+    SurfaceMaterial m;
+    const uvec4 m1 = materialTexel((p.material + firstMaterial) * kMaterialTexels + 1);
+    m.flags = m1.w;
+    m.surface.ior = uintBitsToFloat(m1.z);
+    m.surface.asked = askedSlots(p.material, m.flags);
+    m.surface.model = m.flags;
+    m.surface.specularColor = vec3(1);
+    m.normal = p.normal;
+    m.colorFactor = kColors ? p.color.xyz : vec3(1);
+    readSlots(m, p, wo, ~0u, firstMaterial, firstTexel);
+    if (IS_ANISOTROPIC(m.surface)) m.surface.tangent = anisotropyDirection(p);
     if (kCoatNormals && HAS_CLEAR_COAT(m.surface)) m.surface.coatNormal = clearCoatNormal(p, wo);
-    if (kColors) {
-        m.colorFactor = p.color.xyz;
-        m.surface.baseColor *= m.colorFactor;
-    }
     return m;
 }
 

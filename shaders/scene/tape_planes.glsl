@@ -1,6 +1,6 @@
 // Where the words of a vertex's derivative record stand; the planes of absent features take no room (shaders/shared/tape.h).
 #include "shared/tape.h"
-const uint kPlaneSecond = 0; // alone, in difference mode: E, N, w
+const uint kPlaneSecond = 0; // alone, in difference mode: N, w, (E)
 const uint kPlaneMaterial = 0;
 const uint kPlaneUv0 = 1;
 const uint kPlaneUv1 = 3;

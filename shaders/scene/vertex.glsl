@@ -55,11 +55,11 @@ void tapeSurface(uint slot, uint material, vec2 uv0, vec2 uv1) {
 
 // The same local factors under the second set of values, for directions and lights drawn by the first.
 struct SecondFactors {
-    vec3 emission, direct, weight;
+    vec3 emission, direct, weight; // emission: where light is differentiated, else it is the same
 };
 
 void tapeSecond(uint slot, SecondFactors s) {
-    tapePut3(slot, kPlaneSecond, s.emission);
-    tapePut3(slot, kPlaneSecond + 3, s.direct);
-    tapePut3(slot, kPlaneSecond + 6, s.weight);
+    tapePut3(slot, kPlaneSecond, s.direct);
+    tapePut3(slot, kPlaneSecond + 3, s.weight);
+    if (kSecondLight) tapePut3(slot, kPlaneSecond + kTapeSecond, s.emission);
 }

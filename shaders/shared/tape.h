@@ -12,7 +12,8 @@ CMPG_CONST kTapeThroughput = 3; // b_i, reverse mode only
 CMPG_CONST kTapeEmissionWeight = 1; // MIS weight of the emission found here, 0 if none is seen
 CMPG_CONST kTapeDerivative = 3; // of dw_i, and as many of dN_i behind those: for each place of lib/derivative_places.glsl
 CMPG_CONST kTapeLight = 6; // material of the light, its u0, v0 and dN_i / dL_e (RGB)
-CMPG_CONST kTapeSecond = 9; // E_i, N_i, w_i under the second set of values, difference mode only
+CMPG_CONST kTapeSecond = 6; // N_i, w_i under the second set of values, difference mode only
+CMPG_CONST kTapeSecondLight = 3; // E_i likewise, behind them, where light is differentiated
 
 // Statistics counters, one uint each.
 CMPG_CONST kDroppedRadiance = 0; // non-finite light of a vertex
@@ -31,15 +32,16 @@ namespace cmpg::gpu {
 inline uint tapePlanes(uint mode, uint differentiated, bool texcoord1) {
     if (mode == kModeRender)
         return 0;
-    if (mode == kModeDifference)
-        return kTapeSecond;
     const auto has = [&](uint slot) { return (differentiated >> slot & 1u) != 0; };
+    const bool light = has(kSlotEmission) || has(kSlotRadiance);
+    if (mode == kModeDifference)
+        return kTapeSecond + (light ? kTapeSecondLight : 0);
     const uint texcoords = texcoord1 ? kTapeTexcoord1 : 0;
     uint planes = kTapeSurface + texcoords + (mode == kModeReverse ? kTapeThroughput : 0);
     for (uint slot = 0; slot < kMaterialSlots; ++slot)
         if (has(slot) && (kScatteringSlots >> slot & 1u))
             planes += 2 * kTapeDerivative * (slot == kSlotNormal || slot == kSlotSheenColor ? 3 : 1);
-    if (has(kSlotEmission) || has(kSlotRadiance))
+    if (light)
         planes += kTapeEmissionWeight + kTapeLight + texcoords;
     return planes;
 }

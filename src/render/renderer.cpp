@@ -203,7 +203,12 @@ void Renderer::setParameter(std::uint32_t parameter, std::span<const float> valu
         impl_->guide->valuesChanged();
 }
 
-void Renderer::setSecondValues(std::uint32_t parameter, std::span<const float> values) { impl_->buffers.setSecond(parameter, values); }
+void Renderer::setSecondValues(std::uint32_t parameter, std::span<const float> values) {
+    const RenderConfig& config = impl_->config;
+    if (!config.frozenEvaluation && std::ranges::find(config.differentiable, parameter) == config.differentiable.end())
+        throw std::logic_error("kernels of differences read second values of differentiable parameters alone");
+    impl_->buffers.setSecond(parameter, values);
+}
 
 Image Renderer::render(const View& view, std::uint32_t spp, const PassKey& key, const PassPlan& plan, PassResult* result, Layers* layers) {
     impl_->openRecords(view, key, plan, impl_->passOf(kModeRender, layers != nullptr, plan));

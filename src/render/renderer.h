@@ -110,7 +110,8 @@ class Renderer {
     // New values of one parameter (entries() floats, as in Parameter::values). Rebuilds light distributions where they depend on it.
     void setParameter(std::uint32_t parameter, std::span<const float> values);
     // The second set of values, for which all sampling stays at setParameter's values. Frozen evaluation: the only one that scattering and
-    // emission are evaluated with. renderDifference(): both are. Empty span: the parameter has the same values in both.
+    // emission are evaluated with. renderDifference(): both are, and only differentiable parameters may differ. Empty span: the parameter has the same
+    // values in both.
     void setSecondValues(std::uint32_t parameter, std::span<const float> values);
 
     void setInteraction(Interaction interaction);
