@@ -62,6 +62,8 @@ Views loadViews(const Options& options, const Scene& scene) {
 // Pictures to keep deserve more samples than those a step throws away. Those of many views share the samples of a few.
 std::uint32_t pictureSamples(const Options& options, std::size_t views) {
     constexpr std::uint32_t kFactor = 4, kLeast = 64, kFew = 4, kLeastOfMany = 8;
+    if (options.sppPictures)
+        return *options.sppPictures;
     const std::uint32_t samples = std::max(kLeast, options.effectiveSpp() * kFactor);
     return views <= kFew ? samples : std::max(kLeastOfMany, std::uint32_t(std::uint64_t(samples) * kFew / views));
 }

@@ -168,6 +168,9 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"spp-difference", "N", "12",
            "Samples per pixel, at most, by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
+        v({"spp-pictures", "N", "4 x --spp, at least 64; of more than four views those of four shared, at least 8",
+           "Samples per pixel of the images that are made after the last step, whose time is in no --time-budget", Run},
+          o.sppPictures);
         v({"views-per-step", "N", "0",
            "Of several targets at most so many a step, in random order, each once before any again; 0: all, of four and more at first one where Gauss-Newton "
            "recovers textures and no constants"},

@@ -80,6 +80,7 @@ struct Options {
     std::vector<std::string> rate;         // "RATE" or "SLOT=RATE"
     std::optional<std::uint32_t> freeze;   // step from which on it stays as it is
     std::optional<std::uint32_t> stopAfter; // steps of --steps that are done
+    std::optional<std::uint32_t> sppPictures; // of images made after the last step
     std::string checkpointEvery = "10m"; // steps, or a time with its unit
     std::string resume;                  // the folder of the run to go on with; empty: a new one
 

@@ -92,6 +92,7 @@ void validateSteps(const Options& o) {
     requireFinite(o.recovery.totalVariation, "--total-variation", 0, 1e6f);
     requireFinite(o.recovery.prior, "--prior", 0, 1e6f);
     requirePositive(o.stopAfter, "--stop-after", 10'000'000);
+    requirePositive(o.sppPictures, "--spp-pictures", 1u << 24);
 }
 
 void validateOptimize(const Options& o) {

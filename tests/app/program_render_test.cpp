@@ -247,6 +247,28 @@ TEST(ProgramOptimize, RecoversWithoutAGuide) {
         EXPECT_NEAR(left->at("pbrMetallicRoughness").at("baseColorFactor").at(c).get<float>(), set[c], 1e-6) << c;
 }
 
+// A finished run makes its pictures again, from as many samples as are asked for.
+TEST(ProgramOptimize, MakesPicturesOfTheSamplesAskedFor) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "t.exr", Image(32, 24, 3, 0.1f));
+    run({"optimize", kBox, "--param", "white.baseColor", "--target", folder / "t.exr", "--steps", "1", "--spp", "2", "--spp-gradient", "2", "--sampling", "bsdf",
+         "--roulette", "off", "--spp-pictures", "256", "-o", folder / "out"});
+    const auto picture = [&] { return readImage(folder / "out/final.exr").image.values; };
+    const std::vector<float> fine = picture();
+    const auto offBy = [&](const char* samples) {
+        run({"optimize", "--resume", folder / "out", "--spp-pictures", samples});
+        const std::vector<float> made = picture();
+        double sum = 0;
+        for (std::size_t i = 0; i < fine.size(); ++i)
+            sum += (double(made[i]) - fine[i]) * (double(made[i]) - fine[i]);
+        return sum;
+    };
+    EXPECT_EQ(offBy("256"), 0);
+    const double few = offBy("2"), more = offBy("32"); // (1/2 + 1/256) / (1/32 + 1/256) is 14; Sobol points do better
+    EXPECT_GT(more, 0);
+    EXPECT_GT(few, 5 * more);
+}
+
 // With a depth of 1 nothing lights what is recovered. That is said once steps have seen every view, of which four take turns.
 TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
     const test::TemporaryFolder folder;
