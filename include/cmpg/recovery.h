@@ -105,7 +105,7 @@ struct RecoveryStep {
     double concentration = 0;   // of the gradient: the share of the few largest paths in the sum of all squares; 0: not measured
     std::uint64_t paths = 0;    // from the camera, of image and gradient
     std::uint64_t dropped = 0;  // entries and pixels left out because they were not finite
-    double nextSeconds = 0;     // that the next step is expected to take: as the last five without compiling, by its number of views and what it measures
+    double nextSeconds = 0;     // that the next step is expected to take: as the last five, by its number of views and what it measures; and to compile what it lacks
     std::vector<Warning> warnings = {}; // gradients that explode, stall or come from a few samples, each told once
 };
 

@@ -37,7 +37,7 @@ void bindRecovery(nb::module_& m) {
         .def_ro("compile_seconds", &cmpg::RecoveryStep::compileSeconds, "of them, in which kernels were compiled, about; 0 in `history`")
         .def_ro("gradient_norm", &cmpg::RecoveryStep::gradientNorm, "Euclidean, over all parameters")
         .def_ro("dropped", &cmpg::RecoveryStep::dropped, "entries and pixels left out because they were not finite")
-        .def_ro("next_seconds", &cmpg::RecoveryStep::nextSeconds, "that the next step is expected to take: as the last five without compiling, by its number of views and what it measures")
+        .def_ro("next_seconds", &cmpg::RecoveryStep::nextSeconds, "that the next step is expected to take: as the last five, by its number of views and what it measures; and to compile what it lacks")
         .def_prop_ro("warnings", [](const cmpg::RecoveryStep& step) {
             std::vector<std::string> texts;
             for (const cmpg::Warning& warning : step.warnings)

@@ -63,6 +63,7 @@ RecoveryStep Recovery::step() {
     StepReport report;
     const Optimization& optimization = s.optimization();
     const double share = optimization.nextWork(), compiledBefore = s.base->device->device.compileSeconds();
+    const std::uint32_t kinds = s.run->kindsToCompile();
     try {
         together(s.ranks(), [&] {
             s.learning([&] {
@@ -86,7 +87,9 @@ RecoveryStep Recovery::step() {
     step.concentration = report.concentration;
     step.paths = report.samples;
     step.compileSeconds = std::clamp(s.base->device->device.compileSeconds() - compiledBefore, 0.0, step.seconds); // threads compile for later steps beside this one
-    step.nextSeconds = s.usualPace((step.seconds - step.compileSeconds) / share) * optimization.nextWork();
+    if (kinds > 0)
+        s.kindSeconds = std::max(s.kindSeconds, step.compileSeconds / kinds);
+    step.nextSeconds = s.usualPace((step.seconds - step.compileSeconds) / share) * optimization.nextWork() + s.kindSeconds * s.run->kindsToCompile();
     step.warnings = s.watch.observe(report);
     return step;
 }

@@ -47,6 +47,7 @@ struct Recovery::State {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes; // and their widths and heights
     BatchedModel* batched = nullptr; // where gradients have an error target
     std::deque<double> paces; // of the last steps: seconds for the work of one view
+    double kindSeconds = 0;   // the most that compiling for one kind of passes took in a step
 
     // A recovery with a renderer of its own.
     State(std::shared_ptr<Device::State> device, Scene::State& source, const std::vector<Target>& targets, const RecoveryOptions& options);

@@ -26,4 +26,6 @@ void RecoveryRun::prepareStep() {
     passes_.prepareNext(imageMode_);
 }
 
+std::uint32_t RecoveryRun::kindsToCompile() const { return passes_.unprepared({imageMode_, Renderer::Mode::Reverse}); }
+
 } // namespace cmpg

@@ -25,6 +25,8 @@ class RecoveryRun {
 
     // Compiles kernels of the next step, as it is decided now: the image's at once, those of the derivative pass meanwhile.
     void prepareStep();
+    // How many kinds of passes of the next step have kernels that are not compiled: of images, of derivatives.
+    std::uint32_t kindsToCompile() const;
 
     ImageModel& model() { return wrapped_ ? *wrapped_ : static_cast<ImageModel&>(model_); }
     Optimization& optimization() { return *optimization_; }

@@ -152,6 +152,10 @@ void GuidedPasses::prepareAhead(std::initializer_list<Renderer::Mode> modes) {
     impl_->renderer.prepareAhead(passes);
 }
 
+std::uint32_t GuidedPasses::unprepared(std::initializer_list<Renderer::Mode> modes) const {
+    return std::uint32_t(std::ranges::count_if(modes, [&](Renderer::Mode mode) { return !impl_->renderer.isPrepared(mode, impl_->nextPlan(mode)); }));
+}
+
 void GuidedPasses::trainRender(const View& view, std::uint32_t spp, std::uint32_t passes, std::uint64_t seed, std::uint32_t first) {
     const ScopedTime time(impl_->seconds);
     Impl& p = *impl_;

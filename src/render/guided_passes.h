@@ -31,6 +31,8 @@ class GuidedPasses {
     void prepareNext(Renderer::Mode mode, bool layers = false);
     // Begins to make the kernels of the next pass of each of these modes, and returns.
     void prepareAhead(std::initializer_list<Renderer::Mode> modes);
+    // Of how many of these modes the next pass, as it is decided now, has kernels that are not compiled.
+    std::uint32_t unprepared(std::initializer_list<Renderer::Mode> modes) const;
 
     // `passes` learning passes of `spp` samples per pixel each at the current parameters, with random numbers of their own; no part of
     // any result. For auto and the roulette gate they measure variance and rays of each kind. `first`: how many there were already.

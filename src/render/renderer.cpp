@@ -6,6 +6,7 @@
 #include "render/pass_runner.h"
 #include "vk/spirv_size.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cmpg {

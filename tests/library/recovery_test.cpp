@@ -101,6 +101,8 @@ TEST(LibraryRecovery, HoldsFineTexturesLess) {
 TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
     RecoveryOptions options = paintingOptions();
     options.viewsPerStep = 0;
+    options.paths.sampling = Sampling::Bsdf; // the first step compiles all kernels that there will be
+    options.paths.roulette = false;
     Recovery recovery(device(), greyScene(), {smallTarget(), smallTarget(), smallTarget(), smallTarget()}, options);
     std::vector<double> seconds;
     for (int i = 0; i < 8; ++i) {
@@ -112,6 +114,19 @@ TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
         // Four steps of one view, which measure the curvature, four of two views, and one of all, which measures it.
         EXPECT_DOUBLE_EQ(step.nextSeconds, last[last.size() / 2] * (i < 7 ? 1 : 4)) << i;
     }
+}
+
+// A gradient that is mostly noise: the second step begins to learn a guide, with kernels that record.
+TEST(LibraryRecovery, ExpectsWhatTheNextStepCompiles) {
+    RecoveryOptions options = paintingOptions();
+    options.spp = options.sppGradient = 2;
+    Scene scene = Scene::load(CMPG_SOURCE_DIR "/scenes/door/scene.gltf");
+    scene.set(kPainting, std::vector{0.5f});
+    Recovery recovery(device(), scene, {Target{"", Image(16, 16, 3, 0.5f)}}, options);
+    const RecoveryStep step = recovery.step();
+    EXPECT_GT(step.compileSeconds, 0);
+    // Half of what it ran, since it measured the curvature as well, and as much for kernels of images and derivatives as it took for its own.
+    EXPECT_GT(step.nextSeconds, 0.5 * (step.seconds - step.compileSeconds) + 0.9 * step.compileSeconds);
 }
 
 TEST(LibraryRecovery, TellsALossWithItsDerivative) {

@@ -28,6 +28,7 @@ TEST(GuidedPasses, TryNothingWhereGradientsArePrecise) {
         EXPECT_EQ(passes.reverse(s.view, kSpp, {5, step, 1}, s.adjoint, gradient), kSpp * 32u * 32u);
         passes.endStep();
         EXPECT_EQ(gradient, step < 3 || step == 8 ? inHalves(other, kSpp, {5, step, 1}) : other.gradient(kSpp, {5, step, 1})) << step;
+        EXPECT_EQ(passes.unprepared({Renderer::Mode::Render, Renderer::Mode::Reverse}), 0u) << step;
     }
     EXPECT_EQ(s.renderer->guide().updates(), 0u);
     EXPECT_GT(passes.state().exploration.noise, 0);
@@ -46,7 +47,10 @@ TEST(GuidedPasses, TryAllWaysWhereGradientsAreNoise) {
         passes.reverse(s.view, 2, {5, number, 1}, s.adjoint, gradient);
         passes.endStep();
     };
+    const auto unprepared = [&] { return passes.unprepared({Renderer::Mode::Render, Renderer::Mode::Reverse}); };
+    EXPECT_EQ(unprepared(), 2u);
     step(0);
+    EXPECT_EQ(unprepared(), 2u); // those that record
     EXPECT_TRUE(passes.state().exploration.urgent);
     EXPECT_EQ(s.renderer->guide().updates(), 0u);
     for (std::uint32_t i = 1; i < 10; ++i)
