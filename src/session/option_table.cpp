@@ -8,7 +8,7 @@ std::span<const OptionGroup> groupsOf(Command command) {
     static constexpr OptionGroup open[] = {Parameters, Target, Optimizer};
     static constexpr OptionGroup render[] = {Budget, Batches, Layers};
     static constexpr OptionGroup gradient[] = {Budget, Batches, Parameters, Target, Differentiation, Check, Layers};
-    static constexpr OptionGroup optimize[] = {Budget, Batches, Parameters, Target, Optimizer, Checkpoints};
+    static constexpr OptionGroup optimize[] = {Budget, Batches, Parameters, Target, Optimizer, RunFolder};
     static constexpr OptionGroup compare[] = {Parameters, Target, Comparison, Differentiation, Optimizer};
     static constexpr OptionGroup tradeoff[] = {Parameters, Target, Measurement, Differentiation};
     static constexpr OptionGroup inspect[] = {Parameters};

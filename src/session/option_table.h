@@ -27,7 +27,7 @@ enum class Unit { Share, Seconds };
 
 enum class OptionGroup {
     Sampling, Guide, Scene, Running, // common to all commands
-    Budget, Batches, Parameters, Target, Comparison, Measurement, Differentiation, Check, Optimizer, Checkpoints, Layers, View, GuideFile
+    Budget, Batches, Parameters, Target, Comparison, Measurement, Differentiation, Check, Optimizer, RunFolder, Layers, View, GuideFile
 };
 
 // In the order of run.json. Common ones are left out.
@@ -168,9 +168,6 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"spp-difference", "N", "12",
            "Samples per pixel, at most, by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
-        v({"spp-pictures", "N", "4 x --spp, at least 64; of more than four views those of four shared, at least 8",
-           "Samples per pixel of the images that are made after the last step, whose time is in no --time-budget", Run},
-          o.sppPictures);
         v({"views-per-step", "N", "0",
            "Of several targets at most so many a step, in random order, each once before any again; 0: all, of four and more at first one where Gauss-Newton "
            "recovers textures and no constants"},
@@ -179,7 +176,10 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         v({"freeze", "N", "never", "Step from which on the guide stays as it is"}, o.freeze);
         v({"stop-after", "N", "--steps", "End after so many of the steps, with the schedule of all", Run}, o.stopAfter);
         break;
-    case OptionGroup::Checkpoints:
+    case OptionGroup::RunFolder:
+        v({"spp-pictures", "N", "4 x --spp, at least 64; of more than four views those of four shared, at least 8",
+           "Samples per pixel of the images that are made after the last step, whose time is in no --time-budget", Run},
+          o.sppPictures);
         v({"checkpoint-every", "N|T", "10m", "Keep all that a later run needs to continue, after so many steps, or so much time (s, m or h); 0: never", Run},
           o.checkpointEvery);
         v({"resume", "FOLDER", "",

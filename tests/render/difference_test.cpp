@@ -70,6 +70,19 @@ INSTANTIATE_TEST_SUITE_P(Slots, Difference, testing::ValuesIn(kSlots), [](const 
     return name;
 });
 
+// Kernels of differences read the second values of differentiated slots alone; frozen ones read all.
+TEST(Difference, RefusesSecondValuesThatItWouldNotRead) {
+    for (const bool frozen : {false, true}) {
+        Bench s(bundledScene("box"), {"painting.baseColor"}, withSecondValues(frozen));
+        const std::uint32_t other = s.scene.parameter("white.baseColor");
+        const auto set = [&] { s.renderer->setSecondValues(other, moved(s.scene.parameters[other], 0.1f)); };
+        if (frozen)
+            EXPECT_NO_THROW(set());
+        else
+            EXPECT_THROW(set(), std::logic_error);
+    }
+}
+
 // A few samples a batch: pixels go on from one batch to the next.
 TEST(Difference, DoesNotDependOnTheMemory) {
     const PassKey key{3, 0, 1};
