@@ -31,6 +31,7 @@ class EstimateStatistics {
     // Means of equally many consecutive passes each; passes left over are not among them. At least kBatches / 2 once that many
     // passes were added.
     const std::vector<std::vector<float>>& batches() const { return batches_; }
+    std::uint64_t batchSize() const { return batchSize_; } // passes of a batch
 
   private:
     void closeBatch();

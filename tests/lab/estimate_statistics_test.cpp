@@ -136,6 +136,27 @@ TEST(Bias, IntervalsCoverAsTheySay) {
     }
 }
 
+// Sixteen passes of which most miss a path that one in fifty meets: no bias, though they are alike.
+TEST(Bias, IsNotCalledWhereFewPassesMissRarePaths) {
+    std::mt19937_64 random(8);
+    std::bernoulli_distribution meets(0.02);
+    std::normal_distribution<double> noise(0, 0.01);
+    int called = 0;
+    constexpr int kRuns = 2000;
+    for (int run = 0; run < kRuns; ++run) {
+        EstimateStatistics statistics(kEntries);
+        for (int pass = 0; pass < 16; ++pass) {
+            std::vector<double> values = truth();
+            const double factor = 1 + noise(random) + 0.27 * (meets(random) - 0.02);
+            for (double& v : values)
+                v = v * factor + 10 * noise(random); // most of the noise is not along the truth
+            statistics.add(values);
+        }
+        called += biasOf(statistics, exactReference()).verdict == Bias::Verdict::Biased;
+    }
+    EXPECT_LE(called, 10); // at the level of many passes 29 are
+}
+
 TEST(Bias, FindsAndMeasuresWhatIsThere) {
     std::mt19937_64 random(5);
     Toy longer{.noise = 0.3};
