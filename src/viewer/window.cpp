@@ -22,6 +22,17 @@ Window& windowOf(GLFWwindow* window) {
     return *static_cast<Window*>(glfwGetWindowUserPointer(window));
 }
 
+// No larger than the monitor: without a window manager, or with a simple one, the rest could not be reached.
+void fitMonitor(GLFWwindow* window) {
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    int left, top, most = 0, highest = 0, width, height;
+    if (monitor)
+        glfwGetMonitorWorkarea(monitor, &left, &top, &most, &highest);
+    glfwGetWindowSize(window, &width, &height);
+    if (most > 0 && highest > 0 && (width > most || height > highest))
+        glfwSetWindowSize(window, std::min(width, most), std::min(height, highest));
+}
+
 } // namespace
 
 Window::Window(const std::string& title, int width, int height) : title_(title) {
@@ -34,6 +45,7 @@ Window::Window(const std::string& title, int width, int height) : title_(title) 
         glfwTerminate();
         refuse("no window can be opened");
     }
+    fitMonitor(window_);
     constexpr int kLeastWidth = 480, kLeastHeight = 320;
     glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
     glfwSetWindowUserPointer(window_, this);

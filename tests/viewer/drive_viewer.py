@@ -237,6 +237,16 @@ def idle(display, folder):
     viewer.quit()
 
 
+def small_display(_, folder):
+    """A window is no larger than what the display shows, with or without a window manager."""
+    with Display(1024, 700) as small:
+        viewer = Viewer(small, folder, "box", "--width", 64, "--spp", 1)
+        viewer.wait_title("render, 1 sample, at rest")
+        size = dict(line.split("=") for line in small.xdotool("getwindowgeometry", "--shell", viewer.window).splitlines())
+        assert (size["WIDTH"], size["HEIGHT"]) == ("1024", "700"), size
+        viewer.quit()
+
+
 def close_midstep(display, folder):
     """Closing never waits for a step or a compilation to end."""
     for wait, end in (("step 0", "key"), ("step [1-9]", "key"), ("step 0", "button"), ("step 0", "signal")):
@@ -271,7 +281,7 @@ def drop(display, folder):
     subprocess.run([sys.argv[4], "--gtest_filter=Drop.*"], env=dict(display.environment, CMPG_VALIDATION="1", CMPG_NEED_DISPLAY="1"), check=True)
 
 
-SCENARIOS = {f.__name__: f for f in (render, gradient, optimize, inspector, storm, idle, close_midstep, no_presentation, drop)}
+SCENARIOS = {f.__name__: f for f in (render, gradient, optimize, inspector, storm, idle, small_display, close_midstep, no_presentation, drop)}
 
 if __name__ == "__main__":
     PROGRAM, SOURCE = sys.argv[2], sys.argv[3]
