@@ -113,8 +113,10 @@ std::vector<std::string> costs(const TradeoffReport& report) {
                 best = i;
         const SettingResult& all = report.combined[best];
         const double gain = advantage(all, report.combined.front(), report.horizon);
-        if (best > 0) {
-            add("all of " + all.setting.name(), gain, " when left out");
+        const bool several = all.setting.changes.size() > 1;
+        if (best > 0)
+            add((several ? "all of " : "") + all.setting.name(), gain, " when left out");
+        if (best > 0 && several)
             for (const KnobChange& change : all.setting.changes)
                 for (const SettingResult& rest : report.combined) {
                     const auto& kept = rest.setting.changes;
@@ -127,7 +129,6 @@ std::vector<std::string> costs(const TradeoffReport& report) {
                     if (without)
                         add(change.text(), left > 0 ? gain / left : 0, " when left out of " + all.setting.name());
                 }
-        }
     }
     std::map<std::string, double> best; // of the alternatives of each part of the defaults
     for (std::size_t i = 1; i < report.singles.size(); ++i) {

@@ -132,6 +132,12 @@ TEST(Tradeoff, ReportsSayWhatIsMissed) {
     EXPECT_NE(text.find("--guide-share 0.75: 2.5 times the time when left out"), std::string::npos) << text; // 5 against 2
     EXPECT_NE(text.find("--max-depth 4: 2.5 times the time when left out"), std::string::npos) << text;
     EXPECT_NE(text.find("the default of --sampler: 4.8 times the time with the best other value"), std::string::npos) << text;
+    // What has one part is left out once.
+    TradeoffReport single = report;
+    single.combined.resize(3);
+    const std::string once = tradeoffMarkdown(single);
+    EXPECT_NE(once.find("- --max-depth 4: 2 times the time when left out\n"), std::string::npos) << once;
+    EXPECT_EQ(once.find("when left out of"), std::string::npos) << once;
     const ParetoPlot plot = tradeoffPlot(report);
     EXPECT_EQ(plot.points.size(), 7u); // single changes are there once
     const std::string svg = plot.svg();
