@@ -6,6 +6,7 @@
 
 #include <cmpg/renderer.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -35,15 +36,20 @@ std::string valueText(const Parameter& p) {
     return text;
 }
 
+// Characters of UTF-8.
+std::size_t widthOf(const std::string& text) {
+    return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
 void listParameters(std::ostream& out, Report& report, const Scene& scene) {
     std::size_t longest = 0;
     for (const Parameter& p : scene.parameters)
-        longest = std::max(longest, p.name.size());
+        longest = std::max(longest, widthOf(p.name));
     auto& list = report.extra["parameters"] = nlohmann::ordered_json::array();
     out << "parameters (linear values; name, size, range):\n";
     for (const Parameter& p : scene.parameters) {
         std::string name = p.name, size = std::to_string(p.width) + "x" + std::to_string(p.height);
-        name.resize(longest + 2, ' ');
+        name.append(longest + 2 - widthOf(name), ' ');
         size.resize(11, ' ');
         out << "  " << name << size << (p.channels == 3 ? "rgb     " : "scalar  ") << rangeText(p) << valueText(p) << '\n';
         list.push_back({{"name", p.name},
@@ -146,7 +152,7 @@ void describeDevice(std::ostream& out, const Options& options, Report& report, S
     out << "features:\n";
     for (const auto& [name, value] : scene.features) {
         char line[160];
-        std::snprintf(line, sizeof line, "  %-33s %s\n", name.c_str(), value.c_str());
+        std::snprintf(line, sizeof line, "  %-36s %s\n", name.c_str(), value.c_str());
         out << line;
         features[name] = value;
     }

@@ -115,7 +115,7 @@ std::vector<std::uint32_t> Scene::select(const std::string& glob) const {
                 "names are case sensitive; the nearest are " + namesLike(parameters, glob), "the list of the scene's parameters has them all", {"inspect"});
 }
 
-std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left) const {
+std::vector<bool> Scene::withoutDerivative() const {
     std::vector<bool> without(parameters.size(), false);
     for (const bool read : {false, true}) // materials may share a parameter: one that reads it decides
         for (const Material& m : materials)
@@ -123,6 +123,11 @@ std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::stri
                 if (readsSlot(m, kind) == read) without[m.parameters[std::size_t(kind)]] = !read;
     for (const Material& m : materials)
         if (!hasNormalDerivative(m)) without[m.parameters[std::size_t(SlotKind::Normal)]] = true;
+    return without;
+}
+
+std::vector<std::uint32_t> Scene::selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left) const {
+    const std::vector<bool> without = withoutDerivative();
     std::vector<std::uint32_t> selected;
     for (const std::string& glob : globs) {
         const std::vector<std::uint32_t> found = select(glob);

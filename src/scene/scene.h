@@ -263,8 +263,10 @@ struct Scene {
     // All parameters a glob selects, in order; Error(Usage) when none.
     std::vector<std::uint32_t> select(const std::string& glob) const;
     // All that names and globs select to differentiate by, each once, in order of first mention. A glob leaves out what has no derivative or is not read by its
-    // material, and appends the names to `left` if given; what is meant by its name stays, to be refused with the reason.
+    // material, and appends the names to `left` if given; what is meant by its name stays, to be refused or warned of with the reason.
     std::vector<std::uint32_t> selectDifferentiable(std::span<const std::string> globs, std::vector<std::string>* left = nullptr) const;
+    // By parameter: whether it has no derivative or is not read by its material.
+    std::vector<bool> withoutDerivative() const;
     const Camera& camera(const std::string& name) const; // "" = first
     // Of a slot that kernels hold above a floor, the floor: values below it look the same, and have no derivative. Of others 0.
     float floorOf(std::uint32_t parameter) const;

@@ -174,6 +174,8 @@ void warnUnreached(const Scene& scene, const std::string& parameter, bool anyGra
         char text[160];
         std::snprintf(text, sizeof text, ": its gradient is zero, since values of %.3g and below look the same. Begin well above (--set)", double(floor));
         logWarn(parameter + text);
+    } else if (scene.withoutDerivative()[index]) {
+        logWarn("the gradient of " + parameter + " is zero, as the model of its material has no use for it");
     } else if (!hasLight(scene)) {
         logWarn("the gradient of " + parameter + " is zero, as the scene has no light");
     } else {

@@ -288,6 +288,14 @@ TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
     EXPECT_EQ(told, std::vector{4});
 }
 
+TEST(ProgramGradient, SaysWhatAMaterialHasNoUseFor) {
+    const test::TemporaryFolder folder;
+    const auto result = runProgram({"gradient", CMPG_SOURCE_DIR "/tests/reference/mitsuba/brushed.xml", "--define", "width=16", "--define", "height=12", "--headless", "--quiet",
+                                    "--param", "patterned.metallic", "--spp", "1", "-o", folder / "g.exr"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("the gradient of patterned.metallic is zero, as the model of its material has no use for it"), std::string::npos) << result.err;
+}
+
 // A target that is brighter than any surface explains: its exposure is not the scene's. A grey one tells of no colours.
 TEST(ProgramOptimize, SaysWhatTheTargetCannotBe) {
     const test::TemporaryFolder folder;

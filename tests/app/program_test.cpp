@@ -82,6 +82,17 @@ TEST(Program, RunsWithoutADevice) {
     EXPECT_NE(inspect.out.find("eye"), std::string::npos) << inspect.out; // what needs no device is printed all the same
 }
 
+TEST(Program, InspectAlignsNamesOfManyBytes) {
+    const test::TemporaryFolder folder;
+    const std::string scene = folder / "scene.gltf";
+    std::string text = kEmptyScene;
+    text.insert(text.rfind('}'), R"(, "materials": [{"name": "Größe"}, {"name": "plain"}])");
+    test::writeText(scene, text);
+    const auto inspect = runProgram({"inspect", scene}, kNoDevice);
+    for (const char* line : {"  Größe.specular   1x1", "  plain.specular   1x1"})
+        EXPECT_NE(inspect.out.find(line), std::string::npos) << line << "\n" << inspect.out;
+}
+
 // A window cannot be opened without a display, nor without its module.
 TEST(Program, WithoutAWindowSaysHowToWork) {
     const test::TemporaryFolder folder;
