@@ -46,17 +46,20 @@ void listParameters(std::ostream& out, Report& report, const Scene& scene) {
     for (const Parameter& p : scene.parameters)
         longest = std::max(longest, widthOf(p.name));
     auto& list = report.extra["parameters"] = nlohmann::ordered_json::array();
+    const std::vector<bool> without = scene.withoutDerivative();
     out << "parameters (linear values; name, size, range):\n";
-    for (const Parameter& p : scene.parameters) {
+    for (std::size_t i = 0; i < scene.parameters.size(); ++i) {
+        const Parameter& p = scene.parameters[i];
         std::string name = p.name, size = std::to_string(p.width) + "x" + std::to_string(p.height);
         name.append(longest + 2 - widthOf(name), ' ');
         size.resize(11, ' ');
-        out << "  " << name << size << (p.channels == 3 ? "rgb     " : "scalar  ") << rangeText(p) << valueText(p) << '\n';
+        out << "  " << name << size << (p.channels == 3 ? "rgb     " : "scalar  ") << rangeText(p) << valueText(p) << (without[i] ? "  no derivative" : "") << '\n';
         list.push_back({{"name", p.name},
                         {"width", p.width},
                         {"height", p.height},
                         {"channels", p.channels},
                         {"textured", p.textured},
+                        {"differentiable", !without[i]},
                         {"lowest", p.lowest()},
                         {"highest", std::isinf(p.highest()) ? nlohmann::ordered_json() : nlohmann::ordered_json(p.highest())}});
     }

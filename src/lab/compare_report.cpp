@@ -75,7 +75,8 @@ std::string explanation(const GradientComparison& comparison) {
            "<p><b>Bias</b> is the length of the mean error along the reference, as a share of the reference, with the interval by "
            "Student&rsquo;s t from batches of passes, the reference&rsquo;s own spread included; one honest interval in twenty leaves out 0. "
            "A method is called biased where 0 is left out at the level 99.9&nbsp;% (99.999&nbsp;% of fewer than 64 passes, which may all miss what is "
-           "rare and bright), or where the mean error in any direction exceeds five of its standard errors (two-sample statistic of Chen and Qin 2010) and is larger than the error of the reference.</p>\n<p>" +
+           "rare and bright), or where the mean error in any direction exceeds five of its standard errors (two-sample statistic of Chen and Qin 2010) "
+           "and is larger than the error of the reference.</p>\n<p>" +
            referenceNote(comparison.reference) + "</p></details>\n";
 }
 

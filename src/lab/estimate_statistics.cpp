@@ -15,8 +15,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // errors anywhere. Where one direction dominates the variance the latter is (chi^2_1 - 1) / sqrt 2, which exceeds 5 with
 // probability 0.5 %; with many directions it is normal and never does.
 constexpr double kLevel = 0.001, kDeviations = 5;
-// Single passes that miss rare bright paths are alike and all too dark, and surer of it than Student's t allows: a path of 0.27 that one pass in 50 meets, over
-// normal noise of 0.01, is called a bias by 4 % of the samples of 16 passes at the level above, and by 0.14 % at this one.
+// Single passes that miss rare bright paths are alike and all too dark, and surer of it than Student's t allows. Where one pass in 50 meets a path of 0.27, 29 of
+// 2000 samples of 16 passes are called biased at the level above (tests/lab/estimate_statistics_test.cpp).
 constexpr double kFewPassesLevel = 1e-5;
 constexpr std::uint64_t kAveraged = 4; // passes of a batch, from which on it is taken for a mean of many
 constexpr std::size_t kFewest = 4; // batches; fewer say nothing about their spread

@@ -24,13 +24,12 @@ Window& windowOf(GLFWwindow* window) {
 
 // No larger than the monitor: without a window manager, or with a simple one, the rest could not be reached.
 void fitMonitor(GLFWwindow* window) {
-    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
-    int left, top, most = 0, highest = 0, width, height;
-    if (monitor)
-        glfwGetMonitorWorkarea(monitor, &left, &top, &most, &highest);
+    int width, height, mostWidth = 0, mostHeight = 0;
+    if (GLFWmonitor* const monitor = glfwGetPrimaryMonitor())
+        glfwGetMonitorWorkarea(monitor, nullptr, nullptr, &mostWidth, &mostHeight);
     glfwGetWindowSize(window, &width, &height);
-    if (most > 0 && highest > 0 && (width > most || height > highest))
-        glfwSetWindowSize(window, std::min(width, most), std::min(height, highest));
+    if (mostWidth > 0 && mostHeight > 0 && (width > mostWidth || height > mostHeight))
+        glfwSetWindowSize(window, std::min(width, mostWidth), std::min(height, mostHeight));
 }
 
 } // namespace

@@ -290,8 +290,17 @@ TEST(ProgramOptimize, SaysWhatNoPathReachedAndThatNothingIsRecovered) {
 
 TEST(ProgramGradient, SaysWhatAMaterialHasNoUseFor) {
     const test::TemporaryFolder folder;
-    const auto result = runProgram({"gradient", CMPG_SOURCE_DIR "/tests/reference/mitsuba/brushed.xml", "--define", "width=16", "--define", "height=12", "--headless", "--quiet",
-                                    "--param", "patterned.metallic", "--spp", "1", "-o", folder / "g.exr"});
+    const std::vector<std::string> scene = {CMPG_SOURCE_DIR "/tests/reference/mitsuba/brushed.xml", "--define", "width=16", "--define", "height=12", "--headless"};
+    std::vector<std::string> inspect = {"inspect", "--json"}, gradient = {"gradient", "--quiet", "--param", "patterned.metallic", "--spp", "1", "-o", folder / "g.exr"};
+    inspect.insert(inspect.end(), scene.begin(), scene.end());
+    gradient.insert(gradient.end(), scene.begin(), scene.end());
+    const auto listed = runProgram(inspect);
+    ASSERT_EQ(listed.code, 0) << listed.err;
+    for (const auto& p : nlohmann::json::parse(listed.out).at("parameters"))
+        if (p.at("name").get<std::string>().starts_with("patterned.")) {
+            EXPECT_EQ(p.at("differentiable"), p.at("name") != "patterned.metallic" && p.at("name") != "patterned.specular") << p;
+        }
+    const auto result = runProgram(gradient);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_NE(result.err.find("the gradient of patterned.metallic is zero, as the model of its material has no use for it"), std::string::npos) << result.err;
 }
