@@ -48,7 +48,7 @@ Views loadViews(const Options& options, const Scene& scene) {
         const CameraFile given = cameraFileOf(scene, text);
         const auto load = bytes < v1::Target::kMostBytes ? v1::Target::load : v1::Target::stream;
         v1::Target target = averagedTo(options, load(given.file, given.camera, maskOf(options, scene, given.camera), options.targetExposure));
-        warnOfGrey(target);
+        warnOfTarget(options, scene, given.camera, target);
         bytes += (target.image.values.size() + target.mask.size()) * sizeof(float) + target.clipped.size();
         result.titles.push_back(given.camera);
         result.views.push_back(viewOf(options, scene, given.camera, &target.image));

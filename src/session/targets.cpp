@@ -8,6 +8,7 @@
 #include "scene/image.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 namespace cmpg {
@@ -15,6 +16,28 @@ namespace {
 
 const std::string& nameOfCamera(const Options& options, const Scene& scene, const std::string& camera) {
     return scene.camera(camera.empty() ? options.camera : camera).name;
+}
+
+void warnOfGrey(const v1::Target& target) {
+    const std::vector<float>& values = target.image.values;
+    for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+        if (values[i] != values[i + 1] || values[i] != values[i + 2])
+            return;
+    if (!values.empty())
+        logWarn("the target " + target.name + " is grey: it tells of no colours, and the image is compared with it in each channel");
+}
+
+// A view keeps the camera's height and takes the target's proportions.
+void warnOfProportions(const v1::Target& target, const Camera& camera) {
+    constexpr double kAlike = 1.03; // and a pixel, by which sizes are rounded
+    const double aspect = camera.size ? double(camera.size->x) / camera.size->y : double(camera.aspect.value_or(0));
+    const double width = target.image.width, height = target.image.height, expected = aspect * height;
+    if (aspect <= 0 || (width < expected * kAlike + 1 && expected < width * kAlike + 1))
+        return;
+    char text[160];
+    std::snprintf(text, sizeof text, " is %.3g times as wide as high, the view of its camera in the scene %.3g times: it keeps its height. A target that was cropped does not fit",
+                  width / height, aspect);
+    logWarn("the target " + target.name + text);
 }
 
 } // namespace
@@ -78,13 +101,10 @@ void requireCamerasNamed(const Options& options, const Scene& scene) {
         }
 }
 
-void warnOfGrey(const v1::Target& target) {
-    const std::vector<float>& values = target.image.values;
-    for (std::size_t i = 0; i + 2 < values.size(); i += 3)
-        if (values[i] != values[i + 1] || values[i] != values[i + 2])
-            return;
-    if (!values.empty())
-        logWarn("the target " + target.name + " is grey: it tells of no colours, and the image is compared with it in each channel");
+void warnOfTarget(const Options& options, const Scene& scene, const std::string& camera, const v1::Target& target) {
+    warnOfGrey(target);
+    if (!options.width || !options.height)
+        warnOfProportions(target, scene.camera(camera.empty() ? options.camera : camera));
 }
 
 v1::Target averagedTo(const Options& options, v1::Target target) {
@@ -99,7 +119,7 @@ v1::Target openTarget(const Options& options, const v1::Scene& scene, const std:
     if (options.target.size() <= 1) // of several whoever opens them all knows which cameras they have
         requireMasksOf(options, host, std::span(&given.camera, 1));
     v1::Target target = v1::Target::load(given.file, given.camera, maskOf(options, host, given.camera), options.targetExposure);
-    warnOfGrey(target);
+    warnOfTarget(options, host, given.camera, target);
     return target;
 }
 

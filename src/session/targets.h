@@ -30,8 +30,9 @@ void requireMasksOf(const Options& options, const Scene& scene, std::span<const 
 // Error(Usage) where several targets do not say which camera they are of, of several.
 void requireCamerasNamed(const Options& options, const Scene& scene);
 
-// Warns of a target without colours: each channel of the image is compared with it.
-void warnOfGrey(const v1::Target& target);
+// Warns of a target without colours, since each channel of the image is compared with it, and, where not both --width and --height are given, of one whose proportions
+// are not its camera's. `camera`: empty: that of --camera.
+void warnOfTarget(const Options& options, const Scene& scene, const std::string& camera, const v1::Target& target);
 
 // As large as --width and --height ask for: photographs have more pixels than a recovery needs.
 v1::Target averagedTo(const Options& options, v1::Target target);

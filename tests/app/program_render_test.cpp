@@ -305,6 +305,25 @@ TEST(ProgramGradient, SaysWhatAMaterialHasNoUseFor) {
     EXPECT_NE(result.err.find("the gradient of patterned.metallic is zero, as the model of its material has no use for it"), std::string::npos) << result.err;
 }
 
+// The box's view is square. What both edges are asked for is meant so.
+TEST(ProgramOptimize, SaysThatATargetHasOtherProportions) {
+    const test::TemporaryFolder folder;
+    writeExr(folder / "wide.exr", Image(32, 24, 3, 0.3f));
+    writeExr(folder / "square.exr", Image(25, 24, 3, 0.3f)); // but for a pixel
+    const auto warned = [&](const std::string& target, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = {"optimize", kBox, "--headless", "--quiet", "--param", "white.baseColor", "--target", folder / target, "--steps", "1", "--spp", "2",
+                                              "--spp-pictures", "2", "-o", folder / "out"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto result = runProgram(arguments);
+        EXPECT_EQ(result.code, 0) << result.err;
+        return result.err.find("times as wide as high") != std::string::npos;
+    };
+    EXPECT_TRUE(warned("wide.exr", {}));
+    EXPECT_TRUE(warned("wide.exr", {"--width", "12"}));
+    EXPECT_FALSE(warned("square.exr", {}));
+    EXPECT_FALSE(warned("wide.exr", {"--width", "16", "--height", "12"}));
+}
+
 // A target that is brighter than any surface explains: its exposure is not the scene's. A grey one tells of no colours.
 TEST(ProgramOptimize, SaysWhatTheTargetCannotBe) {
     const test::TemporaryFolder folder;
