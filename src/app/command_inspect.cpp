@@ -1,6 +1,7 @@
 // inspect: what a scene holds, what can be differentiated, what a run on it would need.
 #include "app/commands.h"
 #include "base/log.h"
+#include "base/utf8.h"
 #include "session/library_options.h"
 #include "session/session.h"
 
@@ -36,22 +37,21 @@ std::string valueText(const Parameter& p) {
     return text;
 }
 
-// Characters of UTF-8.
-std::size_t widthOf(const std::string& text) {
-    return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+std::size_t charactersOf(const std::string& text) {
+    return text.size() - std::size_t(std::ranges::count_if(text, continuesCharacter));
 }
 
 void listParameters(std::ostream& out, Report& report, const Scene& scene) {
     std::size_t longest = 0;
     for (const Parameter& p : scene.parameters)
-        longest = std::max(longest, widthOf(p.name));
+        longest = std::max(longest, charactersOf(p.name));
     auto& list = report.extra["parameters"] = nlohmann::ordered_json::array();
     const std::vector<bool> without = scene.withoutDerivative();
     out << "parameters (linear values; name, size, range):\n";
     for (std::size_t i = 0; i < scene.parameters.size(); ++i) {
         const Parameter& p = scene.parameters[i];
         std::string name = p.name, size = std::to_string(p.width) + "x" + std::to_string(p.height);
-        name.append(longest + 2 - widthOf(name), ' ');
+        name.append(longest + 2 - charactersOf(name), ' ');
         size.resize(11, ' ');
         out << "  " << name << size << (p.channels == 3 ? "rgb     " : "scalar  ") << rangeText(p) << valueText(p) << (without[i] ? "  no derivative" : "") << '\n';
         list.push_back({{"name", p.name},

@@ -2,6 +2,7 @@
 #include "library/ranks.h"
 
 #include "base/hash.h"
+#include "base/utf8.h"
 #include "vk/device.h"
 
 #include <algorithm>
@@ -90,7 +91,7 @@ void refuse(Communicator& ranks, const std::string& why) noexcept {
         return;
     Word own{.refused = 1};
     std::size_t length = std::min(why.size(), sizeof own.why - 1);
-    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xc0) == 0x80) // amidst a character of UTF-8
+    while (length > 0 && length < why.size() && continuesCharacter(why[length]))
         --length;
     std::memcpy(own.why, why.data(), length);
     try {

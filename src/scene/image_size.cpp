@@ -8,8 +8,14 @@
 
 namespace cmpg {
 
+std::optional<double> aspectOf(const Camera& camera) {
+    if (camera.size)
+        return double(camera.size->x) / camera.size->y;
+    return camera.aspect;
+}
+
 std::pair<int, int> imageSize(const Camera& camera, std::optional<std::uint32_t> width, std::optional<std::uint32_t> height, int defaultWidth) {
-    const double aspect = camera.size ? double(camera.size->x) / camera.size->y : double(camera.aspect.value_or(1.0f));
+    const double aspect = aspectOf(camera).value_or(1);
     if (camera.size && !width && !height) {
         width = camera.size->x;
         height = camera.size->y;

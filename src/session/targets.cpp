@@ -6,6 +6,7 @@
 #include "library/states.h"
 #include "scene/file_io.h"
 #include "scene/image.h"
+#include "scene/image_size.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -30,8 +31,7 @@ void warnOfGrey(const v1::Target& target) {
 // A view keeps the camera's height and takes the target's proportions.
 void warnOfProportions(const v1::Target& target, const Camera& camera) {
     constexpr double kAlike = 1.03; // and a pixel, by which sizes are rounded
-    const double aspect = camera.size ? double(camera.size->x) / camera.size->y : double(camera.aspect.value_or(0));
-    const double width = target.image.width, height = target.image.height, expected = aspect * height;
+    const double aspect = aspectOf(camera).value_or(0), width = target.image.width, height = target.image.height, expected = aspect * height;
     if (aspect <= 0 || (width < expected * kAlike + 1 && expected < width * kAlike + 1))
         return;
     char text[160];

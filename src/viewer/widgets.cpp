@@ -1,6 +1,7 @@
 // Small parts of the interface that look alike everywhere.
 #include "viewer/widgets.h"
 
+#include "base/utf8.h"
 #include "viewer/theme.h"
 
 #include <algorithm>
@@ -17,10 +18,6 @@ float widthOf(const std::string& text) {
     return ImGui::CalcTextSize(text.c_str()).x;
 }
 
-bool continuesLetter(char c) { // in UTF-8
-    return (static_cast<unsigned char>(c) & 0xc0) == 0x80;
-}
-
 } // namespace
 
 void section(const char* title) {
@@ -34,7 +31,7 @@ std::string shortened(const std::string& text, float width) {
         return text;
     std::string head = text;
     while (!head.empty() && widthOf(head + "...") > width) {
-        while (head.size() > 1 && continuesLetter(head.back()))
+        while (head.size() > 1 && continuesCharacter(head.back()))
             head.pop_back();
         head.pop_back();
     }
@@ -48,7 +45,7 @@ std::string shortenedAtFront(const std::string& text, float width) {
     while (from < text.size() && widthOf("..." + text.substr(from)) > width)
         do
             ++from;
-        while (from < text.size() && continuesLetter(text[from]));
+        while (from < text.size() && continuesCharacter(text[from]));
     return from == text.size() ? "" : "..." + text.substr(from);
 }
 

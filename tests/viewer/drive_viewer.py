@@ -238,7 +238,7 @@ def idle(display, folder):
 
 
 def small_display(_, folder):
-    """A window is no larger than what the display shows, with or without a window manager."""
+    """A window is no larger than what the display shows, though no window manager sees to it."""
     with Display(1024, 700) as small:
         viewer = Viewer(small, folder, "box", "--width", 64, "--spp", 1)
         viewer.wait_title("render, 1 sample, at rest")
