@@ -1,5 +1,6 @@
 """Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane or a slab of glass
-before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is, polished balls under a sun."""
+before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is, reliefs of stone and metal, polished balls
+under a sun."""
 import math
 import random
 
@@ -208,6 +209,42 @@ def tiles():
     return g
 
 
+def relief(name="stones", colour=(0.55, 0.5, 0.42), **more):
+    """A tabletop of stones, whose normals are a map, under a sky and between a red, a green and a blue lamp, from three sides."""
+    g = Gltf(max_depth=5)
+
+    def height(u, v):
+        """Round stones in rows, each moved by half of one, with a fine grain."""
+        x, y = 4 * u + 0.5 * (math.floor(5 * v) % 2), 5 * v
+        dome = max(0, 1 - (2 * (x % 1) - 1) ** 4) * max(0, 1 - (2 * (y % 1) - 1) ** 4)
+        return 0.035 * math.sqrt(dome) + 0.002 * math.sin(60 * u + 20 * math.sin(9 * v))
+
+    def normal(u, v):
+        """The map's v runs down the image, tangent space has y up."""
+        step = 1 / 128
+        x = (height(u + step, v) - height(u - step, v)) / (4 * step)
+        y = (height(u, v - step) - height(u, v + step)) / (4 * step)
+        length = math.sqrt(x * x + y * y + 1)
+        return tuple(127.5 + 127.5 * c / length for c in (-x, -y, 1))
+
+    sky = images.Picture(64, 32, lambda u, v: (0.25, 0.3, 0.4) if v < 0.5 else (0.1, 0.09, 0.08))
+    g.environment("sky.exr", sky.exr())
+    g.material(name, colour, normal_texture=g.texture("relief.png", images.Picture(64, 64, normal).png()), specular=1, **{"roughness": 0.6, **more})
+    g.mesh(name, Mesh().quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), name)
+    for i, tint in enumerate(((30, 8, 4), (6, 24, 6), (4, 8, 30))):
+        x, z = 2 * math.sin(2 * math.pi * i / 3), -2 * math.cos(2 * math.pi * i / 3)
+        g.material(f"lamp{i}", (0.2, 0.2, 0.2), emission=tint)
+        g.mesh(f"lamp{i}", facing((x, 1.3, z), (0, 0, 0), 0.5), f"lamp{i}")
+    for camera, place in (("front", (0, 1.6, 1.9)), ("left", (-1.9, 1.5, 0.8)), ("right", (1.9, 1.2, 0.6))):
+        g.camera(camera, place, (0, 0, 0), 50)
+    return g
+
+
+def plate():
+    """The same relief of a metal that shines, whose images are far from linear in its normals."""
+    return relief("plate", (0.9, 0.75, 0.5), metallic=1, roughness=0.35)
+
+
 def sunny(sun):
     """A blue sky over dark ground, with a sun of four texels."""
     sky = images.Picture(128, 64, lambda u, v: (0.35 + 0.3 * (0.5 - abs(v - 0.5)), 0.5, 0.9) if v < 0.5 else (0.12, 0.1, 0.08))
@@ -261,4 +298,4 @@ def polished():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles, terrace, polished)}
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles, relief, plate, terrace, polished)}

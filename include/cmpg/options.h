@@ -38,7 +38,7 @@ constexpr double kLossEpsilon = 1e-2;
 // Batches whose spread tells an error, and the most samples per pixel that an error target or a time budget may take where nothing is said.
 constexpr std::uint32_t kFewestBatches = 8, kMostBatches = 64, kMostBudgeted = 1u << 16;
 
-// Auto: Gauss-Newton for what an image depends on nearly linearly and for up to eight constants, and Adam for normals and textures of the sheen's colour;
+// Auto: Gauss-Newton, but Adam for textures of the sheen's colour;
 // Adam alone where Gauss-Newton has not what it needs: a squared loss, and images that steps carry on. GaussNewton: the same, and an error there.
 enum class OptimizerKind { Auto, GaussNewton, Adam, Sgd };
 enum class Schedule { Constant, Cosine, Exponential };

@@ -7,6 +7,7 @@
 #include "optimize/loaded_target.h"
 #include "optimize/noise_weights.h"
 #include "optimize/optimize.h"
+#include "optimize/tangent_plane.h"
 
 #include <algorithm>
 #include <bit>
@@ -204,8 +205,8 @@ bool Optimization::measuresAnyDiagonal() const {
 }
 
 // Those that one image difference moves together. More of what only brightens makes no pixel darker, so that no effects of it cancel; of other slots
-// each stands alone: metallic may darken what roughness brightens, and their sum would tell of no curvature at all.
-std::vector<std::vector<std::size_t>> Optimization::curvatureGroups() const {
+// each stands alone: metallic may darken what roughness brightens, and their sum would tell of no curvature at all. So does each axis of normals.
+std::vector<Optimization::CurvatureGroup> Optimization::curvatureGroups() const {
     std::map<SlotKind, std::vector<std::size_t>> groups;
     const auto groupOf = [&](std::size_t i) {
         const SlotKind kind = scene_.parameters[parameters_[i]].kind;
@@ -217,9 +218,12 @@ std::vector<std::vector<std::size_t>> Optimization::curvatureGroups() const {
     for (const std::size_t i : constants_) // with textures alone: constants have passes of their own
         if (const auto found = groups.find(groupOf(i)); onlyBrightens(scene_.parameters[parameters_[i]].kind) && found != groups.end())
             found->second.push_back(i);
-    std::vector<std::vector<std::size_t>> all;
-    for (auto& [kind, group] : groups)
-        all.push_back(std::move(group));
+    std::vector<CurvatureGroup> all;
+    for (const auto& [kind, group] : groups) {
+        all.push_back({group, 0});
+        if (kind == SlotKind::Normal)
+            all.push_back({group, 1});
+    }
     return all;
 }
 
@@ -227,14 +231,14 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     if (!measuresAnyDiagonal())
         return;
     const ScopedTime time(report.secondsGradient);
-    const std::vector<std::vector<std::size_t>> groups = curvatureGroups();
+    const std::vector<CurvatureGroup> groups = curvatureGroups();
     curvature_ = gradients_; // zeros
     seen_.assign(parameters_.size(), {});
     if (views.size() < model_.views())
         peak_ = gradients_;
     constantCurvature_.others.assign(constantCurvature_.others.size(), 0.0);
     std::vector<PixelAnswers> answers(model_.views());
-    for (const std::vector<std::size_t>& group : groups)
+    for (const CurvatureGroup& group : groups)
         measureGroup(group, groups.size(), views, answers, report);
     for (const std::size_t view : views) {
         const auto [width, height] = model_.size(view);
@@ -245,18 +249,12 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
 // `groups`: how many there are, n. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. Steps
 // descend by any bound of more than half of that, such as (n + 1) / 2 times, which is the block itself where n is 1. Where steps see some of the views the whole
 // bound stays: that of a view that has not had its turn is out of date.
-void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views,
+void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups, std::span<const std::size_t> views,
                                 std::vector<PixelAnswers>& answers, StepReport& report) {
+    const std::vector<std::size_t>& group = moving.parameters;
     const auto isMoved = [&](std::size_t i) { return std::find(group.begin(), group.end(), i) != group.end(); };
-    for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        std::vector<float> moved = scene_.parameters[parameters_[i]].values;
-        if (isMoved(i)) {
-            const CurvatureDirection direction = curvatureDirection(i);
-            for (std::size_t entry = 0; entry < moved.size(); ++entry)
-                moved[entry] += direction[entry];
-        }
-        model_.setSecondValues(parameters_[i], moved);
-    }
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        model_.setSecondValues(parameters_[i], isMoved(i) ? movedValues(i, moving.axis) : scene_.parameters[parameters_[i]].values);
     const bool all = views.size() == model_.views();
     const double bound = all ? 0.5 * double(groups + 1) : double(groups);
     std::vector<std::vector<double>> own; // of a view and the group
@@ -287,6 +285,8 @@ void Optimization::measureGroup(const std::vector<std::size_t>& group, std::size
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
         addSeenTexels(group, first, a, b, weight);
         for (std::size_t i = 0; i < own.size(); ++i) {
+            if (isNormal(i) && isMoved(i))
+                toSteps(scene_.parameters[parameters_[i]].values, moving.axis, own[i]);
             const double times = isConstant(i) ? 1 : isMoved(i) ? bound : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
                 const double product = times * std::exchange(own[i][entry], 0);
@@ -331,6 +331,21 @@ void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const Fi
             curvature.values[k] *= float(part * double(a.values[k]) * b.values[k] / (step * step));
         seen_[i].add(parameter, owners, first, curvature);
     }
+}
+
+std::vector<float> Optimization::movedValues(std::size_t i, std::size_t axis) const {
+    std::vector<float> moved = scene_.parameters[parameters_[i]].values;
+    const CurvatureDirection direction = curvatureDirection(i);
+    if (isNormal(i)) {
+        std::vector<float> steps(moved.size());
+        for (std::size_t entry = axis; entry < steps.size(); entry += 3)
+            steps[entry] = direction[entry];
+        moveNormals(steps, moved);
+    } else {
+        for (std::size_t entry = 0; entry < moved.size(); ++entry)
+            moved[entry] += direction[entry];
+    }
+    return moved;
 }
 
 CurvatureDirection Optimization::curvatureDirection(std::size_t i) const {

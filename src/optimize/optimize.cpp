@@ -9,6 +9,7 @@
 #include "optimize/noise_weights.h"
 #include "optimize/ordered_sum.h"
 #include "optimize/residual.h"
+#include "optimize/tangent_plane.h"
 #include "optimize/unseen_texels.h"
 
 #include <algorithm>
@@ -43,8 +44,6 @@ SquareSum squareSum(std::span<const double> gradient) {
 
 // What the prior measures differences of texels by: their range, or, since light has none, their mean. 0: nothing is known of them.
 double priorUnit(const Parameter& parameter) {
-    if (parameter.kind == SlotKind::Normal)
-        return 0;
     if (!emitsLight(parameter.kind))
         return 1;
     const double sum = orderedSum<double>(parameter.values.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
@@ -312,11 +311,25 @@ std::uint64_t Optimization::move(std::size_t i, double factor) {
     Moments& moments = state_.moments[i];
     if (method(i) == OptimizerKind::GaussNewton) {
         const double unit = emitsLight(parameter.kind) ? std::max(double(moments.unit), priorUnit(parameter)) : moments.unit; // light may have begun too dark
-        return updateByGaussNewton(slotRate(config_.optimizer, parameter.kind) * factor * unit, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter,
-                                   emitsLight(parameter.kind) ? unit : 0);
+        return moveByGaussNewton(i, slotRate(config_.optimizer, parameter.kind) * factor * unit, emitsLight(parameter.kind) ? unit : 0);
     }
     const std::uint32_t start = std::max(moments.start, config_.warmUp); // before which moments stand still
     return updateParameter(config_.optimizer, state_.step - start, factor, gradients_[i], moments, parameter);
+}
+
+std::uint64_t Optimization::moveByGaussNewton(std::size_t i, double rate, double lightUnit) {
+    Parameter& parameter = scene_.parameters[parameters_[i]];
+    Moments& moments = state_.moments[i];
+    if (!isNormal(i))
+        return updateByGaussNewton(rate, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter, lightUnit);
+    Parameter steps = parameter;
+    std::fill(steps.values.begin(), steps.values.end(), 0.f);
+    std::vector<double> gradient = gradients_[i];
+    toSteps(parameter.values, gradient);
+    toSteps(parameter.values, noise_[i]);
+    const std::uint64_t skipped = updateByGaussNewton(rate, {gradient, std::move(noise_[i]), viewShare_}, known_[i], moments, steps);
+    moveNormals(steps.values, parameter.values);
+    return skipped;
 }
 
 void Optimization::publish(StepReport& report) {

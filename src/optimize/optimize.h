@@ -32,7 +32,7 @@ struct OptimizeConfig {
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
-    // square of theirs, that of light in units of its mean; none of normals. Images say exp(-n loss / tolerated), over their n values: errors of 10 % of the target's mean are likely,
+    // square of theirs, that of light in units of its mean. Images say exp(-n loss / tolerated), over their n values: errors of 10 % of the target's mean are likely,
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;
@@ -145,11 +145,15 @@ class Optimization {
     StepReport wholeStep(); // begins with no gradients
     // `place` of `count`: where in the step the view stands.
     void addView(std::size_t view, std::size_t place, std::size_t count, StepReport& report);
-    // Places in parameters_.
-    std::vector<std::vector<std::size_t>> curvatureGroups() const;
+    // What one image difference moves together: places in parameters_. Normals move along one of their axes (tangent_plane.h).
+    struct CurvatureGroup {
+        std::vector<std::size_t> parameters;
+        std::size_t axis = 0;
+    };
+    std::vector<CurvatureGroup> curvatureGroups() const;
     void measureCurvature(std::span<const std::size_t> views, StepReport& report);
     // `answers`: of the views, to which is added how their pixels answer to the group.
-    void measureGroup(const std::vector<std::size_t>& group, std::size_t groups, std::span<const std::size_t> views, std::vector<PixelAnswers>& answers,
+    void measureGroup(const CurvatureGroup& moving, std::size_t groups, std::span<const std::size_t> views, std::vector<PixelAnswers>& answers,
                       StepReport& report);
     void restartCurvature();
     bool measuresDiagonal(std::size_t parameter) const;
@@ -159,6 +163,7 @@ class Optimization {
     void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight);
     // By which a parameter moves where curvature is measured; refers to its values.
     CurvatureDirection curvatureDirection(std::size_t parameter) const;
+    std::vector<float> movedValues(std::size_t parameter, std::size_t axis) const; // so moved
     void addDiagonal(std::size_t parameter);
     void setImageValues(std::size_t view);
     std::size_t carriedViews() const;
@@ -168,6 +173,7 @@ class Optimization {
     bool measuresConstants() const;
     void measureConstants(StepReport& report);
     void stepConstants(double rateFactor);
+    std::size_t movedKinds() const; // of slots that step by a diagonal; those that curvatureGroups() moves together are one
     bool canScan(std::size_t parameter) const;
     // The place in parameters_ of the shape of a lobe that is tried after so many steps: one at a time.
     std::optional<std::size_t> scannedAfter(std::uint32_t steps) const;
@@ -176,6 +182,7 @@ class Optimization {
     void guessUnseen(std::size_t parameter);
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
+    std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()
     float raisedFloorOf(std::uint32_t parameter) const; // that updates leave it at least; `parameter`: in the scene
     void raiseToFloors();
     void publish(StepReport& report);
@@ -190,6 +197,7 @@ class Optimization {
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }
     bool isConstant(std::size_t parameter) const { return std::find(constants_.begin(), constants_.end(), parameter) != constants_.end(); }
     bool usesDiagonal(std::size_t parameter) const { return method(parameter) == OptimizerKind::GaussNewton && !isConstant(parameter); }
+    bool isNormal(std::size_t parameter) const { return scene_.parameters[parameters_[parameter]].kind == SlotKind::Normal; }
     bool anyUsesDiagonal() const;
     // Of all entries of constants_, in their order.
     template <class Value> std::vector<double> ofConstants(const Value& value) const;

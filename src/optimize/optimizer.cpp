@@ -106,8 +106,8 @@ float slotRate(const OptimizerConfig& config, SlotKind kind) {
 OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton) {
     if (asked != OptimizerKind::Auto && asked != OptimizerKind::GaussNewton)
         return asked;
-    // Where channels mix, as those of a direction do, no diagonal bounds the curvature, and a step by it would turn what it should not.
-    return (newton || asked == OptimizerKind::GaussNewton) && !mixesChannels(kind) ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
+    // Where the channels of a texture mix, no diagonal bounds the curvature. Those of normals do not along the axes that they step by (tangent_plane.h).
+    return (newton || asked == OptimizerKind::GaussNewton) && kind != SlotKind::SheenColor ? OptimizerKind::GaussNewton : OptimizerKind::Adam;
 }
 
 double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps, float finalFactor) {

@@ -63,9 +63,14 @@ void ShapeGain::add(const std::array<ImageHalves, 2>& now, const std::array<Imag
 
 double ShapeGain::error() const { return std::sqrt(variance_) / rounds_; }
 
+std::size_t Optimization::movedKinds() const {
+    const std::vector<CurvatureGroup> groups = curvatureGroups();
+    return std::size_t(std::count_if(groups.begin(), groups.end(), [](const CurvatureGroup& group) { return group.axis == 0; }));
+}
+
 bool Optimization::canScan(std::size_t i) const {
     const Parameter& parameter = scene_.parameters[parameters_[i]];
-    const auto isMapToScan = [&] { return usesDiagonal(i) && parameter.entries() <= kMostScanned && seesAll() && curvatureGroups().size() <= kMostKinds; };
+    const auto isMapToScan = [&] { return usesDiagonal(i) && parameter.entries() <= kMostScanned && seesAll() && movedKinds() <= kMostKinds; };
     return shapesLobe(parameter.kind) && (isConstant(i) || isMapToScan());
 }
 

@@ -154,7 +154,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
         break;
     case OptionGroup::Optimizer:
         v({"steps", "N", "200", "Steps"}, o.recovery.steps);
-        v({"optimizer", "", "auto", "Update rule; auto: gauss-newton for all but normals where the loss is a squared one, else adam"},
+        v({"optimizer", "", "auto", "Update rule; auto: gauss-newton where the loss is a squared one, but for textures of the sheen's colour, else adam"},
           o.recovery.optimizer, kOptimizers);
         v({"rate", "[SLOT=]RATE", "adam 0.02, normal 0.01; sgd 0.5, normal 0.25", "Learning rate, of all parameters or of one slot (baseColor, roughness ...). Repeats"},
           o.rate);

@@ -413,7 +413,7 @@ TEST(GaussNewton, SaysWhatItNeeds) {
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, true), OptimizerKind::GaussNewton);
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::BaseColor, false), OptimizerKind::Adam);
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Roughness, true), OptimizerKind::GaussNewton);
-    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Normal, true), OptimizerKind::Adam);
+    EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::Normal, true), OptimizerKind::GaussNewton);
     EXPECT_EQ(methodOf(OptimizerKind::Auto, SlotKind::SheenColor, true), OptimizerKind::Adam);
     EXPECT_EQ(methodOf(OptimizerKind::Sgd, SlotKind::BaseColor, true), OptimizerKind::Sgd);
 }
