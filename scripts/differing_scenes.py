@@ -232,9 +232,9 @@ def relief(name="stones", colour=(0.55, 0.5, 0.42), **more):
     g.material(name, colour, normal_texture=g.texture("relief.png", images.Picture(64, 64, normal).png()), specular=1, **{"roughness": 0.6, **more})
     g.mesh(name, Mesh().quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), name)
     for i, tint in enumerate(((30, 8, 4), (6, 24, 6), (4, 8, 30))):
-        x, z = 2 * math.sin(2 * math.pi * i / 3), -2 * math.cos(2 * math.pi * i / 3)
+        x, z = 1.6 * math.sin(2 * math.pi * i / 3), -1.6 * math.cos(2 * math.pi * i / 3)
         g.material(f"lamp{i}", (0.2, 0.2, 0.2), emission=tint)
-        g.mesh(f"lamp{i}", facing((x, 1.3, z), (0, 0, 0), 0.5), f"lamp{i}")
+        g.mesh(f"lamp{i}", facing((x, 2.2, z), (0, 0, 0), 0.5), f"lamp{i}")
     for camera, place in (("front", (0, 1.6, 1.9)), ("left", (-1.9, 1.5, 0.8)), ("right", (1.9, 1.2, 0.6))):
         g.camera(camera, place, (0, 0, 0), 50)
     return g

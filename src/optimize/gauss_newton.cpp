@@ -21,7 +21,7 @@ struct Momentum {
 constexpr Momentum kMomentum{0.5f, 0.75f, 1};
 // Where what single texels do is known, the first steps go the whole distance, and momentum would go beyond it.
 constexpr Momentum kSeenMomentum{0.25f, 0.6f, 5};
-// The share of noise in a gradient with which what images are far from linear in has no momentum: its texels wander with what noise moved.
+// The share of noise in a gradient with which the shape of lobes has no momentum: its texels wander with what noise moved. Normals do better with it.
 constexpr float kTooNoisy = 0.25f;
 constexpr double kNewWeight = 0.3;   // of the latest step in the averages of signal and noise
 constexpr double kLeastShare = 0.02; // of the signal: the average may be below 0 by chance
@@ -31,13 +31,11 @@ bool isUsable(float value) { return value * value <= std::numeric_limits<float>:
 
 float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) : 0.f; }
 
-bool isFarFromLinear(SlotKind kind) { return shapesLobe(kind) || kind == SlotKind::Normal; }
-
 // How far an entry may go in a step.
 double reachOf(SlotKind kind, double rate) {
-    constexpr double kLinear = 0.04; // beyond, steps end where they began or worse
+    constexpr double kLinear = 0.04; // of a lobe's shape, or a normal: images are far from linear in it, and farther steps end where they began or worse
     const double reach = std::min(kNewtonReach * rate, 1e30);
-    return isFarFromLinear(kind) ? std::min(reach, kLinear) : reach;
+    return shapesLobe(kind) || kind == SlotKind::Normal ? std::min(reach, kLinear) : reach;
 }
 
 // A gradient as one of the grids sees it, and what that grid's texels remember.
@@ -209,7 +207,7 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     float* velocity = moments.first.data();
     // What one view sees alone would go on in the steps of others.
     const Momentum& momentum = seen.texels ? kSeenMomentum : kMomentum;
-    const float quiet = isFarFromLinear(parameter.kind) ? std::max(0.f, 1 - (1 - share) / kTooNoisy) : 1.f;
+    const float quiet = shapesLobe(parameter.kind) ? std::max(0.f, 1 - (1 - share) / kTooNoisy) : 1.f;
     const float ramp = quiet * std::min(1.f, float(moments.steps - 1) / momentum.steps);
     const float least = some ? 0 : ramp * momentum.least, along = some ? 0 : ramp * (momentum.least + (momentum.most - momentum.least) * share);
     forEachEntry(count, [&](std::size_t i) {
