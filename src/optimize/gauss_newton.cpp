@@ -33,9 +33,9 @@ float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) 
 
 // How far an entry may go in a step.
 double reachOf(SlotKind kind, double rate) {
-    constexpr double kLinear = 0.04; // of a lobe's shape, or a normal: images are far from linear in it, and farther steps end where they began or worse
+    constexpr double kLinear = 0.04; // where images are far from linear: farther steps end where they began or worse
     const double reach = std::min(kNewtonReach * rate, 1e30);
-    return shapesLobe(kind) || kind == SlotKind::Normal ? std::min(reach, kLinear) : reach;
+    return isFarFromLinear(kind) ? std::min(reach, kLinear) : reach;
 }
 
 // A gradient as one of the grids sees it, and what that grid's texels remember.

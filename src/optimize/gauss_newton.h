@@ -54,6 +54,9 @@ struct NoisyGradient {
 std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments,
                                   Parameter& parameter, double lightUnit = 0);
 
+// Images are far from linear in the shape of lobes and in normals, and their highlights, the noisiest pixels, tell most of these.
+inline bool isFarFromLinear(SlotKind kind) { return shapesLobe(kind) || kind == SlotKind::Normal; }
+
 // The share of the signal, from 0 to 1; 1 before anything was measured.
 double signalShare(const SignalNoise& noise);
 

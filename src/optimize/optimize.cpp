@@ -203,11 +203,10 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     images_.emplace_back(view, std::move(image));
 }
 
-// Not where constants step by their whole curvature, which is that of all pixels alike, nor for the shape of lobes and normals: the pixels of highlights are the noisiest,
-// and tell most of it.
+// Not where constants step by their whole curvature, which is that of all pixels alike, nor where highlights tell most.
 bool Optimization::weighsByNoise() const {
     return newton() && constants_.empty() &&
-           std::none_of(parameters_.begin(), parameters_.end(), [&](std::uint32_t p) { return shapesLobe(scene_.parameters[p].kind) || scene_.parameters[p].kind == SlotKind::Normal; });
+           std::none_of(parameters_.begin(), parameters_.end(), [&](std::uint32_t p) { return isFarFromLinear(scene_.parameters[p].kind); });
 }
 
 // One order for all of a run.
