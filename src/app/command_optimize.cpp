@@ -4,9 +4,8 @@
 #include "app/display.h"
 #include "app/progress.h"
 #include "app/run_folder.h"
+#include "app/run_pictures.h"
 #include "base/log.h"
-#include "imaging/contact_sheet.h"
-#include "imaging/loss_curve.h"
 #include "imaging/parameter_image.h"
 #include "session/explain.h"
 #include "session/interrupt.h"
@@ -59,72 +58,9 @@ Views loadViews(const Options& options, const Scene& scene) {
     return result;
 }
 
-// Pictures to keep deserve more samples than those a step throws away. Those of many views share the samples of a few.
-std::uint32_t pictureSamples(const Options& options, std::size_t views) {
-    constexpr std::uint32_t kFactor = 4, kLeast = 64, kFew = 4, kLeastOfMany = 8;
-    if (options.sppPictures)
-        return *options.sppPictures;
-    const std::uint32_t samples = std::max(kLeast, options.effectiveSpp() * kFactor);
-    return views <= kFew ? samples : std::max(kLeastOfMany, std::uint32_t(std::uint64_t(samples) * kFew / views));
-}
-
-// The targets, and pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters
-// changed, not by how they were sampled. They come last, so that no time of a budget is theirs. Returns those of the contact sheet: there may be more views than memory holds.
-std::vector<ContactSheet::ViewRow> writePictures(const Options& options, v1::Recovery& run, const std::vector<std::string>& titles, RunFolder& folder) {
-    const std::size_t views = titles.size();
-    const std::uint32_t spp = pictureSamples(options, views);
-    std::vector<ContactSheet::ViewRow> rows;
-    for (std::size_t view = 0; view < views; ++view) {
-        Image target = run.target(view), initial = run.image(view, spp, true), recovered = run.image(view, spp), difference = run.difference(recovered, view);
-        folder.writeView("target", view, views, target);
-        folder.writeView("initial", view, views, initial);
-        folder.writeView("final", view, views, recovered);
-        folder.writeView("difference", view, views, difference);
-        if (view < ContactSheet::kMostRows)
-            rows.push_back({titles[view], std::move(target), std::move(initial), std::move(recovered), std::move(difference)});
-    }
-    return rows;
-}
-
 void writeGradients(const Session& session, const v1::Recovery& run, RunFolder& folder) {
     for (std::size_t p = 0; p < session.parameters.size(); ++p)
         folder.writeGradient(session.parameters[p], parameterImage(session.parameter(p), run.gradient(session.parameters[p])));
-}
-
-// With its standard error where that says more than the value: an image of a few bright dots tells nothing of how far it is off.
-std::string lossText(const v1::RecoveryStep& step) {
-    char text[64];
-    if (step.lossError > std::abs(step.loss))
-        std::snprintf(text, sizeof text, "%.3g \xc2\xb1 %.2g", step.loss, step.lossError);
-    else
-        std::snprintf(text, sizeof text, "%.3g", step.loss);
-    return text;
-}
-
-// `start`: the values of the parameters there.
-void writeContactSheet(const Options& options, const Session& session, const v1::Recovery& run, const std::vector<std::vector<float>>& start,
-                       std::vector<ContactSheet::ViewRow> views, const RunFolder& folder, Report& report) {
-    ContactSheet sheet;
-    sheet.views = std::move(views);
-    const std::filesystem::path scene = std::filesystem::absolute(options.input);
-    sheet.title = (scene.parent_path().filename() / scene.filename()).string(); // many scenes are called scene.gltf
-    if (const std::vector<v1::RecoveryStep> steps = run.history(); !steps.empty())
-        sheet.title += ", " + std::to_string(steps.size()) + " steps, " + nameOf(options.loss, kLosses) + " " + lossText(steps.front()) + " to " + lossText(steps.back());
-    if (const std::size_t all = options.target.size(); all > sheet.views.size())
-        sheet.title += ", the first " + std::to_string(sheet.views.size()) + " of " + std::to_string(all) + " views";
-    for (std::size_t p = 0; p < session.parameters.size(); ++p) {
-        const Parameter& parameter = session.parameter(p);
-        sheet.parameters.push_back({parameter.name, parameter.kind, parameterImage(parameter, start[p]), parameterImage(parameter, run.values(parameter.name)),
-                                    parameterImage(parameter, run.gradient(parameter.name))});
-    }
-    sheet.loss = report.loss;
-    for (const v1::RecoveryStep& step : run.history())
-        sheet.lossError.push_back(step.lossError);
-    const std::filesystem::path picture = folder.path() / "contact_sheet.png", curve = folder.path() / "loss.svg";
-    writePng(picture, sheet.compose());
-    writeTextFile(curve, lossCurveSvg(report.loss, sheet.title, sheet.lossError));
-    report.outputs.emplace_back("contact_sheet", picture.string());
-    report.outputs.emplace_back("loss_curve", curve.string());
 }
 
 void addStep(Report& report, const v1::RecoveryStep& step) {
@@ -279,6 +215,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
     std::uint32_t end = std::min(how.steps, options.stopAfter.value_or(how.steps));
     Progress progress(std::cerr, isatty(STDERR_FILENO) != 0, end);
     double lastStep = report.elapsed();
+    double pathSeconds = 0; // of the step whose paths took least, which compiled least; 0: not known
     if (how.warmUp >= how.steps)
         log.warn("nothing_recovered", "all " + std::to_string(how.steps) + " steps are of --warm-up: they learn the guide, and leave the parameters as they are");
     bool stopped = false;
@@ -293,6 +230,8 @@ ExitStatus runOptimize(const Options& options, Report& report) {
             stopped = agreed.stop;
             log.setStep(step.step + 1);
             addStep(report, step);
+            if (const double each = (step.imageSeconds + step.gradientSeconds) / double(step.paths); each > 0)
+                pathSeconds = pathSeconds > 0 ? std::min(pathSeconds, each) : each;
             folder.appendStep(step);
             checkpoints.afterStep(run);
             runLog.afterStep(step, run.report(), report, session.openDevice());
@@ -310,10 +249,13 @@ ExitStatus runOptimize(const Options& options, Report& report) {
 
     log.setStep(run.steps());
     checkpoints.write(run);
+    const std::uint32_t pictureSpp = ofFirstRank(pictureSamples(options, views.views, pathSeconds));
     folder.attempt([&] {
         session.record([&](Options& o) {
-            if (std::exchange(o.timeBudget, {}))
+            if (std::exchange(o.timeBudget, {})) {
                 o.stopAfter = run.steps();
+                o.sppPictures = pictureSpp;
+            }
         });
     });
     std::vector<std::vector<float>> start;
@@ -330,7 +272,7 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         log.warn("failed", failure->what());
         throw *failure;
     }
-    std::vector<ContactSheet::ViewRow> pictures = writePictures(options, run, views.titles, folder);
+    std::vector<ContactSheet::ViewRow> pictures = writePictures(run, pictureSpp, views.titles, folder);
     writeGradients(session, run, folder);
     for (const auto& [name, path] : folder.outputs())
         report.outputs.emplace_back(name, path.string());

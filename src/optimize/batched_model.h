@@ -18,14 +18,13 @@ class BatchedModel final : public ImageModel {
 
     std::size_t views() const override { return inner_.views(); }
     std::pair<int, int> size(std::size_t view) const override { return inner_.size(view); }
-    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.render(view, spp, key); }
     ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) override {
         return inner_.renderHalves(view, spp, key, difference, samples);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { inner_.setSecondValues(parameter, values); }
     Sampling imageMethod() const override { return inner_.imageMethod(); }
     double imageVariance(Sampling method) const override { return inner_.imageVariance(method); }
-    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return inner_.picture(view, spp, key); }
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override { return inner_.picture(view, spp, key, difference); }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         std::vector<std::vector<double>> ignored;

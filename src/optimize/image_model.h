@@ -13,7 +13,6 @@ class ImageModel {
 
     virtual std::size_t views() const = 0;
     virtual std::pair<int, int> size(std::size_t view) const = 0; // width, height in pixels
-    virtual Image render(std::size_t view, std::uint32_t spp, const PassKey& key) = 0;
     // An image of `spp` samples in all, at least one in each half. `difference`: with how they differ from the images under the values of
     // setSecondValues().
     // `samples`: as in GuidedPasses::renderHalves().
@@ -22,8 +21,8 @@ class ImageModel {
     // How the next of these images are drawn, and what those so far tell of the variance of one sample by a method. 0: not known.
     virtual Sampling imageMethod() const { return Sampling::Bsdf; }
     virtual double imageVariance(Sampling /*method*/) const { return 0; }
-    // An image to keep, which no later pass depends on.
-    virtual Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) { return render(view, spp, key); }
+    // An image to keep, which no later pass depends on. `difference`: drawn as the images of renderHalves() that have differences.
+    virtual Image picture(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) = 0;
     // Adds adjoint^T . dI/dp to `gradients`, one vector of entries() doubles per optimised parameter, in their order, from `spp` samples
     // per pixel on average. Returns how many samples there were.
     virtual std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,

@@ -342,7 +342,7 @@ void Optimization::publish(StepReport& report) {
 }
 
 Image Optimization::render(std::size_t view, std::uint32_t spp) {
-    return model_.picture(view, spp, pictureKey(config_.seed, view));
+    return model_.picture(view, spp, pictureKey(config_.seed, view), carriesImages());
 }
 
 } // namespace cmpg

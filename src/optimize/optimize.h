@@ -126,7 +126,7 @@ class Optimization {
     void requireFits(const OptimizeState& state, const std::vector<std::vector<float>>& values, const std::vector<std::vector<double>>& gradients) const;
 
     // Image of a view at the current parameters, with the same random numbers whatever the step: two of them differ by what the
-    // parameters changed, not by noise.
+    // parameters changed, not by noise. By the kernels of the steps' images, which are compiled.
     Image render(std::size_t view, std::uint32_t spp);
 
     // For the steps to come.

@@ -15,14 +15,15 @@ class RendererModel final : public ImageModel {
 
     std::size_t views() const override { return views_.size(); }
     std::pair<int, int> size(std::size_t view) const override { return {views_.at(view).width, views_.at(view).height}; }
-    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.render(views_.at(view), spp, key); }
     ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges& samples) override {
         return passes_.renderHalves(views_.at(view), spp, key, difference, samples);
     }
     void setSecondValues(std::uint32_t parameter, std::span<const float> values) override { renderer_.setSecondValues(parameter, values); }
     Sampling imageMethod() const override { return passes_.imageMethod(); }
     double imageVariance(Sampling method) const override { return passes_.imageVariance(method); }
-    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key) override { return passes_.picture(views_.at(view), spp, key); }
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference) override {
+        return passes_.picture(views_.at(view), spp, key, difference);
+    }
     std::uint64_t reverse(std::size_t view, std::uint32_t spp, const PassKey& key, const Image& adjoint,
                           std::vector<std::vector<double>>& gradients) override {
         return passes_.reverse(views_.at(view), spp, key, adjoint, gradients);

@@ -268,12 +268,13 @@ Image GuidedPasses::forward(const View& view, std::uint32_t spp, const PassKey& 
     });
 }
 
-Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key) {
+Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key, bool difference) {
+    const Renderer::Mode mode = difference ? Renderer::Mode::Difference : Renderer::Mode::Render;
     PassPlan plan{.method = impl_->policy.settledMethod(impl_->policy.images)};
-    if (impl_->policy.recording() && !impl_->renderer.isPrepared(Renderer::Mode::Render, plan)) // others would have to be compiled
+    if (impl_->policy.recording() && !impl_->renderer.isPrepared(mode, plan)) // others would have to be compiled
         plan = impl_->planOf(plan.method, true);
     plan.keepRecords = false;
-    return impl_->renderer.render(view, spp, key, plan);
+    return difference ? impl_->renderer.renderDifference(view, spp, key, {}, plan).image : impl_->renderer.render(view, spp, key, plan);
 }
 
 void GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) {

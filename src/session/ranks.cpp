@@ -24,6 +24,11 @@ StepAgreement agreeAfterStep(bool timeUp, bool stop) {
     return agreed;
 }
 
+std::uint32_t ofFirstRank(std::uint32_t value) {
+    ranks().broadcast(std::as_writable_bytes(std::span(&value, 1)), 0);
+    return value;
+}
+
 nlohmann::ordered_json trafficReport() {
     const Traffic sent = ranks().traffic();
     return {{"count", ranks().size()}, {"calls", sent.calls}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};

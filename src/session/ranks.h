@@ -16,6 +16,9 @@ struct StepAgreement {
 // After a step: whether the first rank's time is up, and whether any was told to stop.
 StepAgreement agreeAfterStep(bool timeUp, bool stop);
 
+// The first rank's, of a number that each measured.
+std::uint32_t ofFirstRank(std::uint32_t value);
+
 // What ranks sent, for the report.
 nlohmann::ordered_json trafficReport();
 

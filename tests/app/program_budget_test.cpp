@@ -102,6 +102,10 @@ TEST(ProgramBudget, RecoveriesEndAtAStep) {
     EXPECT_NE(again.err.find("step " + steps + "/" + steps), std::string::npos) << again.err; // what is left is that of this run
     const std::string values = "/parameters/painting.baseColor.exr";
     EXPECT_TRUE(readText(folder / ("a" + values)) == readText(folder / ("b" + values)));
+    EXPECT_GE(config.at("spp-pictures"), 16);
+    EXPECT_LE(config.at("spp-pictures"), 64);
+    for (const std::string picture : {"/initial.exr", "/final.exr"})
+        EXPECT_TRUE(readText(folder / ("a" + picture)) == readText(folder / ("b" + picture))) << picture;
 }
 
 TEST(ProgramBudget, RecoveriesSampleUntilGradientsAreGood) {

@@ -15,7 +15,7 @@ class NoisyModel final : public ImageModel {
 
     std::size_t views() const override { return 1; }
     std::pair<int, int> size(std::size_t) const override { return {1, 1}; }
-    Image render(std::size_t, std::uint32_t, const PassKey&) override { return Image(1, 1, 3); }
+    Image picture(std::size_t, std::uint32_t, const PassKey&, bool) override { return Image(1, 1, 3); }
     ImageHalves renderHalves(std::size_t, std::uint32_t, const PassKey&, bool, const SampleRanges&) override { return {}; }
     void setSecondValues(std::uint32_t, std::span<const float>) override {}
     std::uint64_t reverse(std::size_t, std::uint32_t, const PassKey&, const Image&, std::vector<std::vector<double>>&) override {

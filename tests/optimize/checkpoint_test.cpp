@@ -288,7 +288,7 @@ TEST(Checkpoint, WhateverAStepThrowsTheStateIsWhole) {
         }
         std::size_t views() const override { return inner.views(); }
         std::pair<int, int> size(std::size_t v) const override { return inner.size(v); }
-        Image render(std::size_t v, std::uint32_t s, const PassKey& k) override { return count(), inner.render(v, s, k); }
+        Image picture(std::size_t v, std::uint32_t s, const PassKey& k, bool difference) override { return count(), inner.picture(v, s, k, difference); }
         ImageHalves renderHalves(std::size_t v, std::uint32_t s, const PassKey& k, bool d, const SampleRanges& c) override {
             return count(), inner.renderHalves(v, s, k, d, c);
         }

@@ -249,7 +249,7 @@ class Surface final : public ImageModel {
     }
     std::size_t views() const override { return 1; }
     std::pair<int, int> size(std::size_t) const override { return {kWidth, kWidth}; }
-    Image render(std::size_t, std::uint32_t spp, const PassKey& key) override { return image(spp, key, values_); }
+    Image picture(std::size_t, std::uint32_t spp, const PassKey& key, bool) override { return image(spp, key, values_); }
     ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges&) override {
         ImageHalves halves{{}, std::max(1u, spp / 2)};
         for (std::uint32_t h = 0; h < 2; ++h) {
@@ -334,7 +334,7 @@ double left(OptimizerKind kind, std::array<float, 6> start, std::array<float, 6>
     config.optimizer.kind = kind;
     config.sppDifference = 8;
     config.targets.resize(1);
-    config.targets[0].image = Surface(wanted, 0).render(0, 1, {});
+    config.targets[0].image = Surface(wanted, 0).picture(0, 1, {}, false);
     Surface model(scene, noise);
     Optimization run(model, scene, config, {0, 1, 2, 3});
     while (run.state().step < steps)

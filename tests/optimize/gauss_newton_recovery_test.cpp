@@ -62,7 +62,7 @@ double lossOfMaps(const std::vector<SlotKind>& kinds, double factor, std::uint32
     model.secondFactor = target.secondFactor = factor;
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.targets.resize(1);
-    config.targets[0].image = target.render(0, 1, {});
+    config.targets[0].image = target.picture(0, 1, {}, false);
     Optimization run(model, scene, config, allParameters(scene));
     const double before = run.step().loss;
     while (run.state().step < steps - 1)
@@ -234,7 +234,7 @@ std::vector<float> recoveredLight(float brightness, double prior, double noise, 
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.prior = prior;
     config.targets.resize(1);
-    config.targets[0].image = LinearModel(scene(true), 1, 16, 16, 0).render(0, 1, {});
+    config.targets[0].image = LinearModel(scene(true), 1, 16, 16, 0).picture(0, 1, {}, false);
     Scene made = scene(false);
     LinearModel model(made, 1, 16, 16, noise);
     Optimization run(model, made, config, {0});
@@ -288,7 +288,7 @@ double errorOfViews(std::uint32_t viewsPerStep, std::uint32_t steps, double nois
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.targets.resize(6);
     for (std::size_t view = 0; view < 6; ++view)
-        config.targets[view].image = exact.render(view, 1, {});
+        config.targets[view].image = exact.picture(view, 1, {}, false);
     config.viewsPerStep = viewsPerStep;
     config.imageBytes = imageBytes;
     Optimization run(model, scene, config, {0});
@@ -325,7 +325,7 @@ TEST(GaussNewton, MeasuresTheCurvatureOfViewsThatTakeTurnsAnew) {
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
     config.targets.resize(kViews);
     for (std::size_t view = 0; view < kViews; ++view)
-        config.targets[view].image = exact.render(view, 1, {});
+        config.targets[view].image = exact.picture(view, 1, {}, false);
     config.viewsPerStep = kViews;
     Optimization all(model, scene, config, {0});
     all.step();
@@ -373,7 +373,7 @@ TEST(GaussNewton, CarriesImagesOfAsManyViewsAsMemoryAllows) {
         OptimizeConfig config = newtonConfig(OptimizerKind::Auto);
         config.targets.resize(6);
         for (std::size_t view = 0; view < 6; ++view)
-            config.targets[view].image = exact.render(view, 1, {});
+            config.targets[view].image = exact.picture(view, 1, {}, false);
         config.viewsPerStep = viewsPerStep;
         const std::size_t image = RunningImage::bytes(256), values = 4 * (scene.parameters[0].entries() + scene.parameters[1].entries());
         config.imageBytes = 3 * image + (viewsPerStep == 1 ? 3 : 1) * values; // values of a step that sees all views are of all images

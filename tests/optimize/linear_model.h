@@ -44,7 +44,7 @@ class LinearModel final : public ImageModel {
     std::size_t views() const override { return views_; }
     std::pair<int, int> size(std::size_t) const override { return {width_, height_}; }
 
-    Image render(std::size_t view, std::uint32_t spp, const PassKey& key) override {
+    Image picture(std::size_t view, std::uint32_t spp, const PassKey& key, bool) override {
         calls.push_back({'p', view, key, spp * std::uint64_t(width_) * height_});
         return image(view, spp, key, parameters_);
     }
@@ -214,7 +214,7 @@ inline std::vector<Target> makeTargets(std::size_t views, int width, int height)
     std::vector<Target> targets(views);
     for (std::size_t view = 0; view < views; ++view) {
         targets[view].name = "target" + std::to_string(view);
-        targets[view].image = model.render(view, 1, {});
+        targets[view].image = model.picture(view, 1, {}, false);
     }
     return targets;
 }

@@ -42,7 +42,7 @@ Image truthAfter(std::uint32_t steps, float stepSize) {
         for (std::uint32_t step = 0; step + 1 < steps; ++step)
             for (std::size_t i = 0; i < p.values.size(); ++i)
                 p.values[i] += (i % 2 == 0 ? 1 : -1) * stepSize / float(step + 1);
-    return LinearModel(scene, 1, kWidth, kHeight, 0).render(0, 1, {});
+    return LinearModel(scene, 1, kWidth, kHeight, 0).picture(0, 1, {}, false);
 }
 
 // Of its mean, averaged over the entries.

@@ -18,7 +18,7 @@ class TurningModel final : public ImageModel {
     TurningModel(double turns, double noise, std::vector<float> values) : turns_(turns), noise_(noise), now_(values), second_(std::move(values)) {}
     std::size_t views() const override { return 1; }
     std::pair<int, int> size(std::size_t) const override { return {kEdge, kEdge}; }
-    Image render(std::size_t, std::uint32_t spp, const PassKey& key) override { return image(spp, key, now_, noise_); }
+    Image picture(std::size_t, std::uint32_t spp, const PassKey& key, bool) override { return image(spp, key, now_, noise_); }
     ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges&) override {
         ImageHalves halves;
         halves.samples = std::max(1u, spp / 2);

@@ -85,7 +85,7 @@ class LitWall final : public ImageModel {
 
     std::size_t views() const override { return 1; }
     std::pair<int, int> size(std::size_t) const override { return {kSize, kSize}; }
-    Image render(std::size_t, std::uint32_t spp, const PassKey& key) override { return image(normals_, spp, key); }
+    Image picture(std::size_t, std::uint32_t spp, const PassKey& key, bool) override { return image(normals_, spp, key); }
     ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool, const SampleRanges& samples) override {
         const std::span<const std::uint32_t> counts = samples.counts;
         ImageHalves halves{{}, std::max(1u, spp / 2), {counts.begin(), counts.end()}};
@@ -169,7 +169,7 @@ double angleAfter(OptimizerKind kind, std::uint32_t steps, double noise) {
     OptimizeConfig config;
     config.optimizer.kind = kind;
     config.targets.resize(1);
-    config.targets[0].image = target.render(0, 1, {});
+    config.targets[0].image = target.picture(0, 1, {}, false);
     Optimization run(model, scene, config, {0});
     while (run.state().step < steps)
         run.step();

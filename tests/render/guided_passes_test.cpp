@@ -152,11 +152,11 @@ TEST(GuidedPasses, PicturesTeachNothing) {
         for (std::uint32_t step = 0; step < 6; ++step) {
             passes.render(s.view, 4, {5, step, 0});
             if (pictures)
-                passes.picture(s.view, 4, {5, ~0u, 0});
+                passes.picture(s.view, 4, {5, ~0u, 0}, false);
             std::vector<std::vector<double>> gradient;
             passes.reverse(s.view, 16, {5, step, 1}, s.adjoint, gradient);
             if (pictures)
-                passes.picture(s.view, 4, {5, ~0u, 0});
+                passes.picture(s.view, 4, {5, ~0u, 0}, false);
             all.push_back(gradient.front());
             passes.endStep();
             passes.publish();
@@ -171,15 +171,21 @@ TEST(GuidedPasses, PicturesTeachNothing) {
 
 // The kernels of recording passes, which it takes where they are compiled already, draw the image that others draw.
 TEST(GuidedPasses, PicturesAreThoseOfPlainPasses) {
-    GuidedBench s("box", {"painting.baseColor"}, 32);
-    GuidedPasses passes(*s.renderer, {.immediate = true});
-    passes.setLearning(true);
-    passes.prepareNext(Renderer::Mode::Render);
-    ASSERT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {}));
-    const Image picture = passes.picture(s.view, 4, {5, 0, 0});
-    EXPECT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {})); // nothing else was compiled
-    s.plan = {};
-    EXPECT_EQ(picture.values, s.renderer->render(s.view, 4, {5, 0, 0}, s.plan, &s.result).values);
+    for (const Renderer::Mode mode : {Renderer::Mode::Render, Renderer::Mode::Difference}) {
+        const bool difference = mode == Renderer::Mode::Difference;
+        RenderConfig config = guidedConfig();
+        config.differences = difference;
+        GuidedBench s("box", {"painting.baseColor"}, 32, config);
+        GuidedPasses passes(*s.renderer, {.immediate = true});
+        passes.setLearning(true);
+        passes.prepareNext(mode);
+        ASSERT_FALSE(s.renderer->isPrepared(mode, {}));
+        const Image picture = passes.picture(s.view, 4, {5, 0, 0}, difference);
+        EXPECT_FALSE(s.renderer->isPrepared(Renderer::Mode::Render, {})); // nothing else was compiled
+        EXPECT_FALSE(s.renderer->isPrepared(mode, {}));
+        const PassKey key{5, 0, 0};
+        EXPECT_EQ(picture.values, (difference ? s.renderer->renderDifference(s.view, 4, key).image : s.renderer->render(s.view, 4, key)).values);
+    }
 }
 
 // A renderer without a guide has no records to forget.

@@ -1,0 +1,25 @@
+// What a run of optimize shows: pictures of the views before and after, and the sheet of all.
+#pragma once
+
+#include "app/run_folder.h"
+#include "imaging/contact_sheet.h"
+#include "session/report.h"
+#include "session/session.h"
+
+#include <span>
+
+namespace cmpg {
+
+// Samples per pixel of the pictures. Pictures to keep deserve more than those a step throws away; those of many views share the samples of a few.
+// After a time budget all of them together take a tenth of it at most, but 16 samples at least. `pathSeconds`: what a path takes; 0: not known.
+std::uint32_t pictureSamples(const Options& options, std::span<const SeenView> views, double pathSeconds);
+
+// The targets, and pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters
+// changed, not by how they were sampled. Returns those of the contact sheet: there may be more views than memory holds.
+std::vector<ContactSheet::ViewRow> writePictures(v1::Recovery& run, std::uint32_t spp, const std::vector<std::string>& titles, RunFolder& folder);
+
+// `start`: the values of the parameters there.
+void writeContactSheet(const Options& options, const Session& session, const v1::Recovery& run, const std::vector<std::vector<float>>& start,
+                       std::vector<ContactSheet::ViewRow> views, const RunFolder& folder, Report& report);
+
+} // namespace cmpg
