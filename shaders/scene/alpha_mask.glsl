@@ -24,7 +24,7 @@ bool isCutOut(uint triangle, vec2 barycentrics, vec3 origin, vec3 direction) {
         const vec2 uv0 = vec2(dot(b, u), dot(b, vec3(s0.x, s1.x, s2.x)));
         vec2 uv1 = vec2(0);
         if (kTexcoord1) uv1 = b.x * s0.yz + b.y * s1.yz + b.z * s2.yz;
-        alpha = textureValue(0, slot, uv0, uv1, 0).x; // the slot's number counts from the first material's
+        alpha = alphaValue(slot, uv0, uv1);
     }
     if (kColors) {
         const uvec3 color = at + (kAttributeTexels - 1);

@@ -7,7 +7,7 @@ layout(constant_id = kFeatureDifferentiated) const uint kDifferentiated = 0;
 layout(constant_id = kFeatureDiffuse) const bool kLobeDiffuse = true;
 layout(constant_id = kFeatureSpecular) const bool kLobeSpecular = true;
 layout(constant_id = kFeatureTextures) const uint kTexturedSlots = 0xff;
-layout(constant_id = kFeaturePackedTextures) const bool kPackedTextures = true;
+layout(constant_id = kFeaturePackedSlots) const uint kPackedSlots = 0xfff;
 layout(constant_id = kFeatureVertexNormals) const bool kVertexNormals = true;
 layout(constant_id = kFeatureTexcoord1) const bool kTexcoord1 = true;
 layout(constant_id = kFeatureColors) const bool kColors = true;
@@ -37,6 +37,11 @@ layout(constant_id = kFeatureClassDifferentiated) const uint kClassDifferentiate
 layout(constant_id = kFeatureClasses) const uint kClasses = 0;
 layout(constant_id = kFeaturePixelFilter) const bool kPixelFilter = false;
 layout(constant_id = kFeatureSingleDirections) const bool kSingleDirections = false;
+layout(constant_id = kFeatureColorSlots) const uint kColorSlots = 0xfff;
+layout(constant_id = kFeatureScalarSlots) const uint kScalarSlots = 0xfff;
+layout(constant_id = kFeatureWrap) const uint kWrap = kWrapsDiffer;
+layout(constant_id = kFeatureFilter) const uint kFilter = kFiltersDiffer;
+layout(constant_id = kFeatureTextureTransforms) const bool kTextureTransforms = true;
 
 // Single operations only: glslang 12 writes invalid SPIR-V for && between specialization constants. kDifferentiated is 0 in kModeRender.
 #define SLOT(number, Name, name, channels, highest, adam, sgd) const bool kTextured##Name = (kTexturedSlots & (1u << number)) != 0;

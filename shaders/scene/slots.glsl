@@ -6,6 +6,9 @@ struct SlotAddress {
     TexelWeights texels;
 };
 
+uint wrapAs(uint bits) { return kWrap == kWrapsDiffer ? bits : kWrap; }
+bool isNearest(uint flags) { return kFilter == kFiltersDiffer ? (flags & kSlotNearest) != 0 : kFilter == kFilterNearest; }
+
 // The texels that the slot at `place` of the table is read from at the texture coordinates.
 SlotAddress slotAddressAt(uint place, vec2 uv0, vec2 uv1) {
     const uint at = place * kSlotTexels;
@@ -17,10 +20,12 @@ SlotAddress slotAddressAt(uint place, vec2 uv0, vec2 uv1) {
     a.gradient = tail.z;
     a.texels = TexelWeights(uvec4(0), vec4(1, 0, 0, 0));
     if (kTextures && head.y * head.z > 1) {
-        const vec4 m = uintBitsToFloat(slotTexel(at + 1));
-        const vec2 uv = kTexcoord1 && (head.w & kSlotTexcoord1) != 0 ? uv1 : uv0;
-        const vec2 moved = vec2(m.x * uv.x + m.z * uv.y, m.y * uv.x + m.w * uv.y) + uintBitsToFloat(tail.xy);
-        a.texels = texelWeights(moved, head.y, head.z, head.w & kSlotWrapUMask, (head.w >> kSlotWrapVShift) & 3u, (head.w & kSlotNearest) != 0);
+        vec2 uv = kTexcoord1 && (head.w & kSlotTexcoord1) != 0 ? uv1 : uv0;
+        if (kTextureTransforms) {
+            const vec4 m = uintBitsToFloat(slotTexel(at + 1));
+            uv = vec2(m.x * uv.x + m.z * uv.y, m.y * uv.x + m.w * uv.y) + uintBitsToFloat(tail.xy);
+        }
+        a.texels = texelWeights(uv, head.y, head.z, wrapAs(head.w & kSlotWrapUMask), wrapAs((head.w >> kSlotWrapVShift) & 3u), isNearest(head.w));
     }
     return a;
 }
@@ -35,18 +40,28 @@ vec3 packedValue(uint at, SlotAddress a, uint texel) {
     return uintBitsToFloat(slotTexel(at + 3)).xyz * c + uintBitsToFloat(slotTexel(at + 4)).xyz;
 }
 
+// Alpha of the texture whose slot is at `place`: 8 bits, linear.
+float alphaValue(uint place, vec2 uv0, vec2 uv1) {
+    const SlotAddress a = slotAddressAt(place, uv0, uv1);
+    float alpha = 0.0;
+    for (uint k = 0; k < 4; ++k) alpha += a.texels.weight[k] * unpackUnorm4x8(packedTexel(a.offset + a.texels.index[k])).x;
+    return alpha;
+}
+
 float scalarValue(uint offset, uint index) { return valueTexel(offset + (index >> 2))[index & 3u]; }
 
-// Interpolated value; scalar slots fill all three channels. firstTexel: where the set of values begins that is read.
+// Interpolated value; scalar slots fill all three channels. `kind` is a constant, so that ways to read that its textures do not have fold away.
+// firstTexel: where the set of values begins that is read.
 vec3 slotValue(SlotAddress a, uint material, uint kind, uint firstTexel) {
     const uvec4 i = a.texels.index;
     const vec4 w = a.texels.weight;
-    if (kPackedTextures && (a.flags & kSlotPacked) != 0) {
+    const uint slot = 1u << kind;
+    if ((kPackedSlots & slot) != 0 && (a.flags & kSlotPacked) != 0) {
         const uint at = (material * kSlotsPerMaterial + kind) * kSlotTexels;
         return w.x * packedValue(at, a, i.x) + w.y * packedValue(at, a, i.y) + w.z * packedValue(at, a, i.z) + w.w * packedValue(at, a, i.w);
     }
     const uint o = a.offset + firstTexel;
-    if ((a.flags & kSlotScalar) != 0)
+    if ((kColorSlots & slot) == 0 || ((kScalarSlots & slot) != 0 && (a.flags & kSlotScalar) != 0))
         return vec3(w.x * scalarValue(o, i.x) + w.y * scalarValue(o, i.y) + w.z * scalarValue(o, i.z) + w.w * scalarValue(o, i.w));
     return w.x * valueTexel(o + i.x).xyz + w.y * valueTexel(o + i.y).xyz + w.z * valueTexel(o + i.z).xyz + w.w * valueTexel(o + i.w).xyz;
 }

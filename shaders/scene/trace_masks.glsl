@@ -10,7 +10,9 @@ layout(constant_id = kTraceAttributeTexels) const uint kAttributeTexels = 2u;
 layout(constant_id = kTraceTexcoord1) const bool kTexcoord1 = false;
 layout(constant_id = kTraceColors) const bool kColors = false;
 const bool kTextures = true;
-const bool kPackedTextures = true;
+const uint kPackedSlots = 0u, kColorSlots = 0u, kScalarSlots = 0u; // no slot is read, alpha alone
+const uint kWrap = kWrapsDiffer, kFilter = kFiltersDiffer;
+const bool kTextureTransforms = true;
 
 #include "scene/material_tables.glsl"
 

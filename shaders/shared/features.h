@@ -9,7 +9,7 @@ CMPG_CONST kFeatureDifferentiated = 1; // bit per slot kind; bit kSlotRadiance: 
 CMPG_CONST kFeatureDiffuse = 2; // some material has a diffuse lobe
 CMPG_CONST kFeatureSpecular = 3;
 CMPG_CONST kFeatureTextures = 4; // bit per slot kind that some material reads through a texture
-CMPG_CONST kFeaturePackedTextures = 5;
+CMPG_CONST kFeaturePackedSlots = 5; // bit per slot kind of which some texture has 8 bits a channel
 CMPG_CONST kFeatureVertexNormals = 6;
 CMPG_CONST kFeatureTexcoord1 = 7;
 CMPG_CONST kFeatureColors = 8;
@@ -47,7 +47,16 @@ CMPG_CONST kFeatureClasses = 31; // sort_vertices: bit per class that has a kern
 CMPG_CONST kFeatureSingleDirections = 32; // rays may come from smooth boundaries, whatever class they meet
 CMPG_CONST kFeatureCoverage = 33; // some alpha is the share of rays that meet a surface
 CMPG_CONST kFeaturePixelFilter = 34; // some camera has another than the box
-CMPG_CONST kFeatureCount = 35;
+CMPG_CONST kFeatureColorSlots = 35; // bit per slot kind of which some texture has three channels
+CMPG_CONST kFeatureScalarSlots = 36; // ... has one
+CMPG_CONST kFeatureWrap = 37; // of all textures: 0 repeat, 1 clamp, 2 mirror; or
+CMPG_CONST kWrapsDiffer = 3u;
+CMPG_CONST kFeatureFilter = 38; // of all textures:
+CMPG_CONST kFilterLinear = 0u;
+CMPG_CONST kFilterNearest = 1u;
+CMPG_CONST kFiltersDiffer = 2u;
+CMPG_CONST kFeatureTextureTransforms = 39; // some texture's coordinates are moved
+CMPG_CONST kFeatureCount = 40;
 
 // The tracing kernels have a list of their own: FeatureSet::traceConstants().
 CMPG_CONST kTraceThreads = 0; // threads of a CPU driver's static work split, 1 on a GPU

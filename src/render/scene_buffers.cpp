@@ -246,25 +246,23 @@ void SceneBuffers::uploadSlots(Device& device) {
             s.packedScale = glm::vec4(p.scale, 0);
             s.packedBias = glm::vec4(p.bias, 0);
         }
-    const auto fill = [&](gpu::GpuSlot& s, const auto& texture, std::uint32_t flags, std::size_t texels, std::uint32_t& at) {
+    const auto fill = [&](gpu::GpuSlot& s, const auto& texture, std::size_t texels, std::uint32_t& at) {
         s.offset = at;
         s.width = texture.width;
         s.height = texture.height;
-        s.flags = sampling(texture) | flags;
+        s.flags = sampling(texture);
         place(s, texture.uvTransform);
         at += std::uint32_t(texels);
     };
     std::uint32_t at = alphaPlace_;
     for (const std::uint32_t texture : alphaTexturesUp_) {
         const AlphaTexture& a = scene_.alphaTextures[texture];
-        gpu::GpuSlot& s = slots[alphaSlot_[texture]];
-        fill(s, a, gpu::kSlotScalar | gpu::kSlotPacked, a.alpha.size(), at);
-        s.packedScale = glm::vec4(1);
+        fill(slots[alphaSlot_[texture]], a, a.alpha.size(), at);
     }
     at = directionPlace_;
     for (const std::uint32_t texture : directionTexturesUp_) {
         const DirectionTexture& d = scene_.directionTextures[texture];
-        fill(slots[directionSlot_[texture]], d, 0, d.directions.size(), at);
+        fill(slots[directionSlot_[texture]], d, d.directions.size(), at);
     }
     slots_ = Buffer(device, "material slots", std::max<std::size_t>(1, slots.size()) * sizeof(gpu::GpuSlot), MemoryKind::Scene, Texel::Rgba32ui);
     slots_.uploadAll(slots);

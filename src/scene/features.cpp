@@ -5,6 +5,7 @@
 #include "shared/material.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace cmpg {
 
@@ -17,6 +18,13 @@ float largestValue(const Parameter& p) {
 }
 
 double meanIntensity(const PunctualLight& light) { return (double(light.intensity.x) + light.intensity.y + light.intensity.z) / 3; }
+
+void TextureFeatures::add(const Parameter& texture) {
+    const std::uint32_t slot = 1u << std::uint32_t(texture.kind);
+    packedSlots |= texture.values.empty() ? slot : 0;
+    (texture.channels == 1 ? scalarSlots : colorSlots) |= slot;
+    addLookUp(texture);
+}
 
 namespace {
 
@@ -77,7 +85,7 @@ struct Analysis {
                 if (readsAnisotropy(m, read)) {
                     read |= 1u << k;
                     if (m.anisotropyDirection != ~0u)
-                        f.texcoord1 |= scene.directionTextures[m.anisotropyDirection].texcoord == 1;
+                        addLookUp(scene.directionTextures[m.anisotropyDirection]);
                 }
             } else if (SlotKind(k) == SlotKind::SheenRoughness || SlotKind(k) == SlotKind::SheenColor) {
                 read |= readsSheen(m) ? 1u << k : 0;
@@ -86,16 +94,19 @@ struct Analysis {
             const Parameter& p = scene.parameters[m.parameters[k]];
             if ((read >> k & 1u) && (p.entries() > p.channels || SlotKind(k) == SlotKind::Normal || k >= kCommonSlots)) {
                 f.texturedSlots |= 1u << k;
-                f.packedTextures |= p.values.empty();
+                f.textures.add(p);
                 f.texcoord1 |= p.texcoord == 1;
             }
         }
         if (hasClearcoatNormals(m))
-            f.texcoord1 |= scene.directionTextures[m.clearcoatNormals].texcoord == 1;
-        if (m.alphaMask && m.alphaTexture != ~0u) { // which is always packed
-            f.packedTextures = true;
-            f.texcoord1 |= scene.alphaTextures[m.alphaTexture].texcoord == 1;
-        }
+            addLookUp(scene.directionTextures[m.clearcoatNormals]);
+        if (m.alphaMask && m.alphaTexture != ~0u)
+            addLookUp(scene.alphaTextures[m.alphaTexture]);
+    }
+
+    void addLookUp(const auto& texture) {
+        f.textures.addLookUp(texture);
+        f.texcoord1 |= texture.texcoord == 1;
     }
 
     // glTF's strength has no effect while it is 0.
@@ -187,8 +198,9 @@ struct Analysis {
         f.everything = true;
         f.shadingClass.assign(scene.materials.size(), ShadingClass::Other);
         f.classes.clear();
-        f.diffuse = f.specular = f.packedTextures = true;
+        f.diffuse = f.specular = true;
         f.texturedSlots = kEverySlot;
+        f.textures = {kEverySlot, kEverySlot, kEverySlot, 0b111, true, true, true};
         f.models = kEveryModel;
         f.vertexNormals = f.texcoord1 = f.colors = f.tangents = f.alphaMask = f.coverage = true;
         f.emission = f.environment = f.pixelFilter = true;
@@ -199,6 +211,13 @@ struct Analysis {
         f.readSlots.assign(scene.materials.size(), kEverySlot);
     }
 };
+
+// As kFeatureWrap has it.
+std::uint32_t wrapOf(const TextureFeatures& textures) {
+    if (textures.wraps == 0)
+        return std::uint32_t(Wrap::Repeat);
+    return std::has_single_bit(textures.wraps) ? std::uint32_t(std::countr_zero(textures.wraps)) : gpu::kWrapsDiffer;
+}
 
 } // namespace
 
@@ -251,7 +270,12 @@ std::array<std::uint32_t, gpu::kFeatureCount> FeatureSet::constants(const Pass& 
     c[gpu::kFeatureDiffuse] = diffuse;
     c[gpu::kFeatureSpecular] = specular;
     c[gpu::kFeatureTextures] = texturedSlots;
-    c[gpu::kFeaturePackedTextures] = packedTextures;
+    c[gpu::kFeaturePackedSlots] = textures.packedSlots;
+    c[gpu::kFeatureColorSlots] = textures.colorSlots;
+    c[gpu::kFeatureScalarSlots] = textures.scalarSlots;
+    c[gpu::kFeatureWrap] = wrapOf(textures);
+    c[gpu::kFeatureFilter] = !textures.nearest ? gpu::kFilterLinear : textures.linear ? gpu::kFiltersDiffer : gpu::kFilterNearest;
+    c[gpu::kFeatureTextureTransforms] = textures.transforms;
     c[gpu::kFeatureVertexNormals] = vertexNormals;
     c[gpu::kFeatureTexcoord1] = texcoord1;
     c[gpu::kFeatureColors] = colors;
@@ -362,6 +386,7 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         add(1u << gpu::kModelPlastic, "plastic");
         return names;
     };
+    const bool lookUpsDiffer = wrapOf(textures) == gpu::kWrapsDiffer || (textures.linear && textures.nearest);
     const auto text = [](bool on) { return std::string(on ? "on" : "off"); };
     return {
         {"textures", slots(texturedSlots)},
@@ -373,7 +398,10 @@ std::vector<std::pair<std::string, std::string>> FeatureSet::describe() const {
         {"normals of clear coats", text(models & gpu::kModelsCoatNormals)},
         {"surfaces black from behind", text(models & gpu::kModelsOneSided)},
         {"blends of materials", text(texturedSlots >> std::uint32_t(SlotKind::Weight) & 1u)},
-        {"packed textures", text(packedTextures)},
+        {"packed textures", slots(textures.packedSlots)},
+        {"textures of one channel", slots(textures.scalarSlots)},
+        {"textures with transforms", text(textures.transforms)},
+        {"textures that wrap or filter unlike others", text(lookUpsDiffer)},
         {"kernels of plain and of diffuse surfaces", text(classes.contains(ShadingClass::Plain)) + " " + text(classes.contains(ShadingClass::Diffuse))},
         {"vertex normals", text(vertexNormals)},
         {"second texture coordinates", text(texcoord1)},

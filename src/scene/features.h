@@ -35,11 +35,26 @@ struct SurfaceFeatures {
     bool differentiated = false; // some slot that scattering depends on
 };
 
+// How textures are stored and looked up, all of a scene.
+struct TextureFeatures {
+    std::uint32_t packedSlots = 0, colorSlots = 0, scalarSlots = 0; // bit per SlotKind of which some texture has 8 bits a channel, three channels, one
+    std::uint32_t wraps = 0;             // bit per Wrap
+    bool linear = false, nearest = false;
+    bool transforms = false;             // some texture's coordinates are moved
+
+    void add(const Parameter& texture);
+    void addLookUp(const auto& texture) { // a Parameter, AlphaTexture or DirectionTexture
+        wraps |= 1u << std::uint32_t(texture.wrapU) | 1u << std::uint32_t(texture.wrapV);
+        (texture.nearest ? nearest : linear) = true;
+        transforms |= texture.uvTransform != glm::mat3x2(1, 0, 0, 1, 0, 0);
+    }
+};
+
 struct FeatureSet {
     bool diffuse = false, specular = false; // lobes of metallic-roughness
     std::uint32_t models = 0; // bit per SurfaceModel, and gpu::kModelsSmooth ...
     std::uint32_t texturedSlots = 0; // bit per SlotKind that some material looks up
-    bool packedTextures = false;
+    TextureFeatures textures;
     bool vertexNormals = false, texcoord1 = false, colors = false, tangents = false, alphaMask = false, coverage = false;
     bool emission = false, environment = false;
     bool triangleLights = false, punctualLights = false, environmentLight = false; // sampled

@@ -55,6 +55,15 @@ void compareWithEverything(const std::string& name, const std::vector<std::strin
     compareWithEverything(bundledScene(name), globs, config);
 }
 
+// A texture of different texels.
+void makeTexture(Parameter& p, std::uint32_t width, std::uint32_t height) {
+    p.width = width;
+    p.height = height;
+    p.values.resize(p.entries());
+    for (std::size_t i = 0; i < p.values.size(); ++i)
+        p.values[i] = 0.3f + 0.6f * float(i % 5) / 5;
+}
+
 TEST(Features, SameBitsBox) { compareWithEverything("box", {"painting.baseColor"}); }
 TEST(Features, SameBitsBoxLight) { compareWithEverything("box", {"light.emission", "white.baseColor"}); }
 TEST(Features, SameBitsFurnace) { compareWithEverything("furnace", {"*.baseColor"}); }
@@ -90,6 +99,18 @@ TEST(Features, SameBitsCoatNormals) {
                 addClearcoatNormal(scene, m, {0.2f, 0.1f});
         }
     compareWithEverything(scene, {"*.clearcoat", "wavy.normal"});
+}
+// Textures that are looked up in one way have no code for others.
+TEST(Features, SameBitsTextureLookUps) {
+    Scene scene = bundledScene("box");
+    Parameter& painting = scene.parameters[scene.parameter("painting.baseColor")];
+    painting.wrapU = painting.wrapV = Wrap::Mirror;
+    painting.nearest = true;
+    painting.uvTransform = {1.5f, 0.25f, -0.5f, 2.f, 0.3f, -0.2f};
+    compareWithEverything(scene, {"painting.baseColor"});
+    // Beside one of one channel that is looked up in another.
+    makeTexture(scene.parameters[scene.parameter("white.roughness")], 3, 2);
+    compareWithEverything(scene, {"painting.baseColor", "white.roughness"});
 }
 TEST(Features, SameBitsWithoutLightSampling) { compareWithEverything("box", {"painting.baseColor"}, {.lightSampling = false}); }
 
@@ -360,6 +381,31 @@ TEST(Features, KernelsAreThoseThatRun) {
         EXPECT_EQ(shading({.differentiable = {color}, .lightSampling = false}, {.mode = mode}), 2);
     }
     EXPECT_EQ(shading({.differentiable = {color}}, {.mode = gpu::kModeDifference}), 2);
+}
+
+// What textures have in common, kernels need not look up.
+TEST(Features, TexturesByWhatTheyHaveInCommon) {
+    Scene scene = bundledScene("box");
+    const auto bit = [](SlotKind kind) { return 1u << std::uint32_t(kind); };
+    const auto textures = [&] { return analyse(scene, {}).textures; };
+    EXPECT_EQ(textures().wraps, 1u << std::uint32_t(Wrap::Clamp)); // of the painting
+    EXPECT_EQ(textures().colorSlots, bit(SlotKind::BaseColor));
+    EXPECT_EQ(textures().scalarSlots, 0u);
+    EXPECT_TRUE(textures().linear);
+    EXPECT_FALSE(textures().nearest || textures().transforms);
+    const auto constants = [&] { return analyse(scene, {}).constants({}); };
+    EXPECT_EQ(constants()[gpu::kFeatureWrap], std::uint32_t(Wrap::Clamp));
+    EXPECT_EQ(constants()[gpu::kFeatureFilter], gpu::kFilterLinear);
+
+    Parameter& white = scene.parameters[scene.parameter("white.baseColor")];
+    makeTexture(white, 2, 2);
+    white.wrapV = Wrap::Mirror;
+    white.nearest = true;
+    white.uvTransform[2].x = 0.5f;
+    EXPECT_TRUE(textures().linear && textures().nearest && textures().transforms);
+    EXPECT_EQ(constants()[gpu::kFeatureWrap], gpu::kWrapsDiffer);
+    EXPECT_EQ(constants()[gpu::kFeatureFilter], gpu::kFiltersDiffer);
+    EXPECT_EQ(constants()[gpu::kFeatureTextureTransforms], 1u);
 }
 
 // Materials by the kernel that shades them.
