@@ -199,9 +199,10 @@ void Recovery::image(Film& film, std::size_t target, std::uint32_t spp, PassRepo
     s.requirePicture(target, spp);
     s.requireSameOnAll("picture " + std::to_string(target));
     const View& view = s.views[target];
-    const PassKey key = pictureKey(s.optimization().config().seed, target);
+    const OptimizeConfig& config = s.optimization().config();
+    const PassKey key = pictureKey(config.seed, target);
     s.base->expose(work, cmpg::Renderer::Mode::Render, film, view, {.spp = spp, .strict = false}, {}, report,
-                   [&](std::uint32_t samples, cmpg::Film& sums) { s.base->passes->render(view, samples, key, sums); });
+                   [&](std::uint32_t samples, cmpg::Film& sums) { s.base->passes->picture(view, samples, key, carriesImages(config), sums); });
 }
 
 void Recovery::setSamples(std::uint32_t spp, std::uint32_t sppGradient) {

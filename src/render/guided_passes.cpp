@@ -277,6 +277,12 @@ Image GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& 
     return difference ? impl_->renderer.renderDifference(view, spp, key, {}, plan).image : impl_->renderer.render(view, spp, key, plan);
 }
 
+void GuidedPasses::picture(const View& view, std::uint32_t spp, const PassKey& key, bool difference, Film& film) {
+    if (!difference)
+        return render(view, spp, key, film);
+    impl_->renderer.renderDifference(view, spp, key, film, impl_->planOf(impl_->policy.settledMethod(impl_->policy.images), false));
+}
+
 void GuidedPasses::render(const View& view, std::uint32_t spp, const PassKey& key, Film& film) {
     impl_->renderer.render(view, spp, key, film, impl_->planOf(impl_->policy.settledMethod(impl_->policy.images), false));
 }

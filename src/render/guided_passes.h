@@ -54,6 +54,7 @@ class GuidedPasses {
     // An image to keep, drawn by the method found best so far: nothing is learned from it, so no later pass depends on it. `difference`: by the
     // kernels of renderHalves() with that, which choose light samples in another way than others.
     Image picture(const View& view, std::uint32_t spp, const PassKey& key, bool difference);
+    void picture(const View& view, std::uint32_t spp, const PassKey& key, bool difference, Film& film); // adds them to a film
     // Further samples of a film, by the method found best so far, learning or not. They leave no records; forward ignores positivization.
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film);
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,

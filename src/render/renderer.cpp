@@ -241,6 +241,10 @@ void Renderer::forward(const View& view, std::uint32_t spp, const PassKey& key, 
     impl_->addTo(film, kModeForward, view, spp, key, plan);
 }
 
+void Renderer::renderDifference(const View& view, std::uint32_t spp, const PassKey& key, Film& film, const PassPlan& plan) {
+    impl_->addTo(film, kModeDifference, view, spp, key, plan);
+}
+
 PassResult Renderer::reverse(const View& view, std::uint32_t spp, const PassKey& key, const Image& adjoint, std::span<const std::uint32_t> perPixel,
                              std::span<const float> weights, std::vector<std::vector<double>>& gradients, const PassPlan& plan, FirstVertices* firstVertices) {
     Impl& r = *impl_;

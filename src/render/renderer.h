@@ -145,6 +145,7 @@ class Renderer {
     void render(const View& view, std::uint32_t spp, const PassKey& key, Film& film, const PassPlan& plan = {});
     void forward(const View& view, std::uint32_t spp, const PassKey& key, std::span<const std::uint32_t> parameters,
                  std::span<const std::vector<float>> directions, Film& film, const PassPlan& plan = {});
+    void renderDifference(const View& view, std::uint32_t spp, const PassKey& key, Film& film, const PassPlan& plan = {}); // the image alone
 
     // Adds adjoint^T . dI/dp for all differentiable parameters to `gradients` (one vector of entries() doubles per entry of
     // RenderConfig::differentiable). `adjoint`: 3 channels, dLoss/dpixel. `perPixel`: samples each pixel gets, or empty for `spp`

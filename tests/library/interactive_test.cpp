@@ -172,6 +172,9 @@ TEST(LibraryInteractive, ARecoveryOfARendererIsThatOfADevice) {
     recovery.image(film, 0, 3);
     recovery.image(film, 0, 6);
     EXPECT_EQ(film.image().values, recovery.image(0, 9).values);
+    Film layered(32, 32, true);
+    recovery.image(layered, 0, 9);
+    EXPECT_EQ(layered.image().values, film.image().values);
 }
 
 TEST(LibraryInteractive, GoesOnWhereARecoveryEnded) {
