@@ -249,13 +249,10 @@ ExitStatus runOptimize(const Options& options, Report& report) {
 
     log.setStep(run.steps());
     checkpoints.write(run);
-    const std::uint32_t pictureSpp = ofFirstRank(pictureSamples(options, views.views, pathSeconds));
     folder.attempt([&] {
         session.record([&](Options& o) {
-            if (std::exchange(o.timeBudget, {})) {
+            if (std::exchange(o.timeBudget, {}))
                 o.stopAfter = run.steps();
-                o.sppPictures = pictureSpp;
-            }
         });
     });
     std::vector<std::vector<float>> start;
@@ -271,6 +268,11 @@ ExitStatus runOptimize(const Options& options, Report& report) {
         failure->remedy += (failure->remedy.empty() ? "" : ". ") + ("--resume " + folder.path().string() + " continues from here");
         log.warn("failed", failure->what());
         throw *failure;
+    }
+    std::uint32_t pictureSpp = pictureSamples(options, views.views, pathSeconds);
+    if (options.timeBudget) {
+        pictureSpp = ofFirstRank(pictureSpp); // each has measured its own steps
+        folder.attempt([&] { session.record([&](Options& o) { o.sppPictures = pictureSpp; }); });
     }
     std::vector<ContactSheet::ViewRow> pictures = writePictures(run, pictureSpp, views.titles, folder);
     writeGradients(session, run, folder);

@@ -105,6 +105,15 @@ def same(counts=(1, 3)):
     })
 
 
+def timed():
+    """What ranks measure differs, so the first one's clock decides for all."""
+    run(2, optimize("timed", 100000, "--time-budget", "2s"))
+    again = folder / "again"
+    run(1, ["--config", str(folder / "timed" / "run.json"), "--quiet", "--save-guide", str(again / "learned.guide"), "-o", str(again)])
+    if digest(folder / "timed") != digest(again):
+        sys.exit("the options that a run in limited time has left find something else")
+
+
 def everything():
     same((1, 2, 3, 4))
 
@@ -175,4 +184,4 @@ def refused():
 if scenario == "killed" and mpich:
     print("MPICH's launcher kills all ranks at once, so none is left to keep a checkpoint")
     sys.exit(77)
-{"same": same, "all": everything, "many": many, "resume": resume, "killed": killed, "failed": failed, "refused": refused}[scenario]()
+{"same": same, "timed": timed, "all": everything, "many": many, "resume": resume, "killed": killed, "failed": failed, "refused": refused}[scenario]()
