@@ -106,7 +106,7 @@ def same(counts=(1, 3)):
 
 
 def timed():
-    """What ranks measure differs, so the first one's clock decides for all."""
+    """A run in limited time, whose ranks agree on its end, is repeated by the options that it leaves. (Clocks that tell different numbers of samples are rare.)"""
     run(2, optimize("timed", 100000, "--time-budget", "2s"))
     again = folder / "again"
     run(1, ["--config", str(folder / "timed" / "run.json"), "--quiet", "--save-guide", str(again / "learned.guide"), "-o", str(again)])
