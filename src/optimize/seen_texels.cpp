@@ -15,9 +15,19 @@ constexpr std::size_t kRowsAtOnce = 1024;
 
 using Share = std::pair<std::uint32_t, float>; // texel, and how much of it a pixel sees
 
-// Of the texels that the rays of a pixel met, each once.
-void sharesOf(const Parameter& parameter, const std::vector<bool>& owners, std::span<const FirstVertex> rays, std::vector<Share>& shares) {
+// What two rays see of the same texels.
+float overlap(const TexelLookup& a, const TexelLookup& b) {
+    float sum = 0;
+    for (std::size_t k = 0; k < a.texel.size(); ++k)
+        for (std::size_t l = 0; l < b.texel.size(); ++l)
+            sum += a.texel[k] == b.texel[l] ? a.weight[k] * b.weight[l] : 0;
+    return sum;
+}
+
+// Of the texels that the rays of a pixel met, each once. Returns the mean overlap of a ray with itself, in all of its rays.
+float sharesOf(const Parameter& parameter, const std::vector<bool>& owners, std::span<const FirstVertex> rays, std::vector<Share>& shares) {
     shares.clear();
+    float own = 0;
     for (const FirstVertex& ray : rays) {
         if (ray.material == kNoMaterial || !owners[ray.material])
             continue;
@@ -25,6 +35,7 @@ void sharesOf(const Parameter& parameter, const std::vector<bool>& owners, std::
         for (std::size_t k = 0; k < found.texel.size(); ++k)
             if (found.weight[k] > 0)
                 shares.emplace_back(found.texel[k], found.weight[k] / float(rays.size()));
+        own += overlap(found, found);
     }
     std::sort(shares.begin(), shares.end());
     std::size_t last = 0;
@@ -34,7 +45,14 @@ void sharesOf(const Parameter& parameter, const std::vector<bool>& owners, std::
         else
             shares[++last] = shares[i];
     shares.resize(std::min(shares.size(), last + 1));
+    return own / float(std::max<std::size_t>(1, rays.size()));
 }
+
+// Of a pixel. Squares of its true shares F and of those that its rays tell, f: |F|^2, as often as pairs of rays overlap, and |f|^2.
+struct Sight {
+    float cover = 0; // the square of how much of the pixel the texture covers
+    float common = 0, found = 0;
+};
 
 } // namespace
 
@@ -42,11 +60,12 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
     texels_ = std::size_t(parameter.width) * parameter.height;
     channels_ = parameter.channels;
     const std::size_t pixels = curvature.pixels();
-    std::vector<float> covered(pixels); // the square of how much of a pixel the texture covers
-    std::vector<std::size_t> seen;      // pixels with a row
+    std::vector<Sight> sights(pixels);
+    std::vector<std::size_t> seen; // pixels with a row
     std::vector<Share> shares;
     for (std::size_t p = 0; p < pixels; ++p) {
-        sharesOf(parameter, owners, std::span(first.vertices).subspan(first.begin[p], first.begin[p + 1] - first.begin[p]), shares);
+        const std::size_t rays = first.begin[p + 1] - first.begin[p];
+        const float own = sharesOf(parameter, owners, std::span(first.vertices).subspan(first.begin[p], rays), shares);
         if (shares.empty())
             continue;
         if (pixelShares_.size() + shares.size() > kMostShares) {
@@ -54,24 +73,30 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
             break;
         }
         float cover = 0;
+        Sight& sight = sights[p];
         for (const auto& [texel, share] : shares) {
             pixelShares_.column.push_back(texel);
             pixelShares_.share.push_back(share);
             cover += share;
+            sight.found += share * share;
         }
         pixelShares_.begin.push_back(std::uint32_t(pixelShares_.size()));
-        covered[p] = cover * cover;
+        sight.cover = cover * cover;
+        if (rays > 1)
+            sight.common = std::max(0.f, sight.found - own / float(rays)) * float(rays) / float(rays - 1);
         seen.push_back(p);
     }
     for (const std::size_t p : seen) {
         const int x = int(p % std::size_t(curvature.width)), y = int(p / std::size_t(curvature.width));
-        double sum[3] = {}, cover = 0;
+        double sum[3] = {}, cover = 0, common = 0, all = 0;
         for (int v = std::max(0, y - 1); v <= std::min(curvature.height - 1, y + 1); ++v)
             for (int u = std::max(0, x - 1); u <= std::min(curvature.width - 1, x + 1); ++u) {
                 const std::size_t at = std::size_t(v) * std::size_t(curvature.width) + std::size_t(u);
-                if (covered[at] == 0)
+                if (sights[at].cover == 0)
                     continue;
-                cover += covered[at];
+                cover += sights[at].cover;
+                common += sights[at].common;
+                all += sights[at].found;
                 for (std::size_t c = 0; c < 3; ++c)
                     sum[c] += curvature.values[3 * at + c];
             }
@@ -81,6 +106,7 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
             const double found = sum[c] / cover;
             curvature_.push_back(found > 0 && std::isfinite(float(found)) ? float(found) : 0.f);
         }
+        known_.push_back(float(std::clamp(2 * common / all - 1, 0.0, 1.0)));
     }
 }
 
@@ -101,16 +127,22 @@ void SeenTexels::finish() {
             texelShares_.share[at] = pixelShares_.share[k];
         }
     const std::size_t entries = texels_ * channels_;
+    told_.assign(entries, 0);
+    const std::vector<float> ones(entries, 1.f);
+    addMultiply(ones, 1, {}, told_);
     rows_.assign(entries, 0);
-    addMultiply(std::vector<float>(entries, 1.f), 1, rows_);
+    addMultiply(ones, 1, rows_);
     diagonal_.assign(entries, 0);
     for (std::size_t t = 0; t < texels_; ++t)
         for (std::uint32_t k = texelShares_.begin[t]; k < texelShares_.begin[t + 1]; ++k)
             for (std::size_t c = 0; c < channels_; ++c)
-                diagonal_[t * channels_ + c] += texelShares_.share[k] * texelShares_.share[k] * curvature_[texelShares_.column[k] * channels_ + c];
+                diagonal_[t * channels_ + c] +=
+                    texelShares_.share[k] * texelShares_.share[k] * known_[texelShares_.column[k]] * curvature_[texelShares_.column[k] * channels_ + c];
 }
 
-void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<float> out) const {
+void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<float> out) const { addMultiply(x, part, known_, out); }
+
+void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<const float> known, std::span<float> out) const {
     const std::size_t channels = channels_;
     std::vector<float> y(curvature_.size());
     // to[row] += factor * sum_k share * from[column], of all channels.
@@ -128,7 +160,7 @@ void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<flo
             }
         });
     };
-    multiply(pixelShares_, x, [&](std::size_t i, float sum) { y[i] = curvature_[i] * sum; });
+    multiply(pixelShares_, x, [&](std::size_t i, float sum) { y[i] = curvature_[i] * (known.empty() ? 1 : known[i / channels]) * sum; });
     multiply(texelShares_, y, [&](std::size_t i, float sum) { out[i] += part * sum; });
 }
 
@@ -143,6 +175,7 @@ void SeenTexels::save(ByteWriter& out) const {
         out.put(texel);
     out.put(pixelShares_.share);
     out.put(curvature_);
+    out.put(known_);
 }
 
 void SeenTexels::restore(ByteReader& in, std::size_t entries) {
@@ -165,14 +198,16 @@ void SeenTexels::restore(ByteReader& in, std::size_t entries) {
             throw Malformed{"cameras see a texel beyond the texture"};
     }
     shares.share = in.reals<float>();
-    std::vector<float> curvature = in.reals<float>();
-    if (shares.share.size() != shares.column.size() || curvature.size() != shares.rows() * channels || !figures(shares.share) || !figures(curvature))
+    std::vector<float> curvature = in.reals<float>(), known = in.reals<float>();
+    if (shares.share.size() != shares.column.size() || curvature.size() != shares.rows() * channels || known.size() != shares.rows() || !figures(shares.share) ||
+        !figures(curvature) || !figures(known))
         throw Malformed{"the curvature by texels that cameras see does not fit"};
     whole_ = whole;
     texels_ = std::size_t(texels);
     channels_ = std::size_t(channels);
     pixelShares_ = std::move(shares);
     curvature_ = std::move(curvature);
+    known_ = std::move(known);
     finish();
 }
 

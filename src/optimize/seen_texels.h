@@ -12,12 +12,15 @@
 namespace cmpg {
 
 // A pixel sees several texels at once where they are finer than it, or at a slant. A diagonal that bounds their curvature (CurvatureDirection) lets what tells
-// them apart arrive in many steps. What a pixel sees directly is known: row F_p has the share of each texel in it, told by its camera rays, and the loss
-// curves by c_p, of each channel, with all that it sees of the texture: together C_c = sum_p c_p F_p^T F_p of texels, for each channel.
+// them apart arrive in many steps. What a pixel sees directly is known: row f_p has the share of each texel in it, told by its camera rays, and the loss
+// curves by c_p, of each channel, with all that it sees of the texture: together C_c = sum_p k_p c_p f_p^T f_p of texels, for each channel.
+// A few rays do not tell the true shares F_p of many texels. The rays of other passes meet others, to which C gives no curvature, and steps would diverge. So
+// k_p = 2 |F_p|^2 / |f_p|^2 - 1, from 0 to 1. |F_p|^2 is how often two rays of the pixel see the same; m = |f_p - F_p|^2 / |F_p|^2 is |f_p|^2 / |F_p|^2 - 1 on
+// average. The diagonal keeps 1 - k_p of the row. It bounds what f_p misses, where m < 1 - k_p; k_p is (1 - m) / (1 + m).
 class SeenTexels {
   public:
     // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells, and isWhole() no longer holds. `owners`: by material of the scene, whether the
-    // parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, and what is seen of the
+    // parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, as k is, and what is seen of the
     // texture is lit evenly: 3 x 3 pixels share theirs.
     void add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature);
     // After the last view.
@@ -29,6 +32,7 @@ class SeenTexels {
     // By entry: the sums of C's rows; its diagonal.
     std::span<const float> rows() const { return rows_; }
     std::span<const float> diagonal() const { return diagonal_; }
+    std::span<const float> told() const { return told_; } // the sums of rows if all k_p were 1: what views tell of an entry
     // out += part C x. entries() each.
     void addMultiply(std::span<const float> x, float part, std::span<float> out) const;
 
@@ -46,11 +50,15 @@ class SeenTexels {
         std::size_t size() const { return share.size(); }
     };
 
+    // `known`: k by row; all 1 where empty.
+    void addMultiply(std::span<const float> x, float part, std::span<const float> known, std::span<float> out) const;
+
     bool whole_ = true;
     std::size_t texels_ = 0, channels_ = 0;
-    Shares pixelShares_, texelShares_; // F, F^T
-    std::vector<float> curvature_;     // c, by row of F and channel
-    std::vector<float> rows_, diagonal_;
+    Shares pixelShares_, texelShares_; // f, f^T
+    std::vector<float> curvature_;     // c, by row of f and channel
+    std::vector<float> known_;         // k, by row of f
+    std::vector<float> rows_, diagonal_, told_;
 };
 
 } // namespace cmpg

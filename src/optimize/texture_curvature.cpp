@@ -11,6 +11,7 @@ namespace cmpg {
 namespace {
 
 constexpr double kLeastCurvature = 1e-3;      // of the mean: entries that no path met in the passes that measured it
+constexpr float kNoiseOfDifferences = 0.25f;  // of texels that a pixel sees at once: noise takes these no farther apart than `stray` over it
 constexpr std::size_t kMostIterations = 30;   // of conjugate gradients: what is known spreads over so many texels in a step; farther by coarser grids
 constexpr std::size_t kFewestIterations = 10; // of large textures, which would take half of a step otherwise and end as near
 constexpr std::size_t kEntriesOfIterations = std::size_t(1) << 22; // over all of them
@@ -27,9 +28,10 @@ TextureCurvature::TextureCurvature(const TotalVariationBound& known, const SeenP
     constexpr float kLeast = std::numeric_limits<float>::min(); // below, nothing depends on an entry
     const double mean = sumOfEntries(measured.size(), [&](std::size_t i) { return double(measured[i]); }) / double(std::max<std::size_t>(1, measured.size()));
     const auto least = float(kLeastCurvature * mean);
-    forEachEntry(own_.size(), [&](std::size_t i) { own_[i] = std::max(measured[i] + least, own_[i] / stray); });
-    if (seen_.texels)
-        forEachEntry(own_.size(), [&](std::size_t i) { own_[i] = std::max(0.f, own_[i] - seen_.part * seen_.texels->rows()[i]); });
+    forEachEntry(own_.size(), [&](std::size_t i) {
+        const float noise = own_[i] / stray, seenRows = seen_.texels ? seen_.part * seen_.texels->rows()[i] : 0;
+        own_[i] = std::max(std::max(measured[i] + least, noise) - seenRows, kNoiseOfDifferences * noise);
+    });
     if (known_.empty())
         inverse_ = own_;
     else

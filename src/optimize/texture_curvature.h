@@ -19,7 +19,8 @@ struct SeenPart {
 // C instead: D then is the rest, without the sums of C's rows. `known` and `seen` outlive it.
 class TextureCurvature {
   public:
-    // D is `measured` and a thousandth of its mean, and at least `deviation` / `stray`: the noise of a gradient takes no entry farther than `stray`.
+    // D is `measured` and a thousandth of its mean, and at least `deviation` / `stray`: the noise of a gradient takes no entry farther than `stray`. A
+    // quarter of that is left beside C.
     TextureCurvature(const TotalVariationBound& known, const SeenPart& seen, std::span<const float> measured, std::vector<float> deviation, float stray);
     // g^T diag(D + C + L)^-1 g
     double length(std::span<const float> gradient) const;

@@ -14,11 +14,11 @@ std::shared_ptr<const ExpectedDifferences> expectUnseen(const Parameter& paramet
     const std::size_t channels = parameter.channels, texels = parameter.entries() / channels;
     if (texels > kMostExpected || !seen.isWhole())
         return nullptr;
-    const std::span<const float> rows = seen.rows();
-    const double mean = std::accumulate(rows.begin(), rows.end(), 0.0) / double(texels);
+    const std::span<const float> curvature = seen.told();
+    const double mean = std::accumulate(curvature.begin(), curvature.end(), 0.0) / double(texels);
     std::vector<bool> told(texels), met(texels);
     for (std::size_t t = 0; t < texels; ++t) {
-        const double sum = std::accumulate(rows.begin() + std::ptrdiff_t(t * channels), rows.begin() + std::ptrdiff_t((t + 1) * channels), 0.0);
+        const double sum = std::accumulate(curvature.begin() + std::ptrdiff_t(t * channels), curvature.begin() + std::ptrdiff_t((t + 1) * channels), 0.0);
         told[t] = sum > kTold * mean;
         met[t] = sum > 0;
     }
