@@ -50,7 +50,8 @@ class Recovery(Iterator[RecoveryStep]):
         prior: what is known of textures: differences of neighbouring texels, root mean square d over the n channels, are as likely
             as exp(-prior n (d^3 / 4)^(1/4)); 0: nothing.
         total_variation: weight of the total variation of textures.
-        views_per_step: of several targets, at most; 0: all, of four and more at first one where Gauss-Newton recovers textures and no constants.
+        views_per_step: of several targets, at most; 0: all; where Gauss-Newton recovers textures and no constants, of four and more at first one, and
+            of fewer one by maps of roughness and other shapes of lobes alone.
         warm_up: first steps, which only learn the guide.
         freeze: step from which on the guide stays as it is; 0: none.
         error_target: the gradient of each step is sampled until |standard error| / |gradient| is this small; `spp_gradient`, at least 8, is the most.

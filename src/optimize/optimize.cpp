@@ -211,10 +211,17 @@ bool Optimization::weighsByNoise() const {
 
 // One order for all of a run.
 ViewOrder Optimization::viewOrder() const {
-    constexpr std::size_t kFewest = 4; // views of which the first steps see one: of fewer all are as good
+    constexpr std::size_t kFewest = 4; // views of which the first steps see one, and later ones more
     const std::size_t views = model_.views();
-    const bool grows = config_.viewsPerStep == 0 && views >= kFewest && newton() && constants_.empty();
-    return {config_.seed, views, config_.viewsPerStep > 0 ? config_.viewsPerStep : grows ? 0 : std::uint32_t(views)};
+    if (config_.viewsPerStep > 0)
+        return {config_.seed, views, config_.viewsPerStep};
+    if (!newton() || !constants_.empty())
+        return {config_.seed, views, std::uint32_t(views)};
+    if (views >= kFewest)
+        return {config_.seed, views, 0};
+    // Of fewer all views are as good by a colour. By the shape of lobes many steps are needed, whichever view they see.
+    const bool shapes = std::all_of(parameters_.begin(), parameters_.end(), [&](std::uint32_t p) { return shapesLobe(scene_.parameters[p].kind); });
+    return {config_.seed, views, shapes ? 1 : std::uint32_t(views)};
 }
 
 void Optimization::addLosses(StepReport& report) {

@@ -38,7 +38,7 @@ struct OptimizeConfig {
     double prior = 0;
     std::vector<double> texelsPerPixel{}; // of the parameters, along the edge of a pixel (texelsPerPixel()); the prior of finer textures is weaker. Empty: of none
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
-    // views or more, one at first and more later (ViewOrder).
+    // views or more, one at first and more later (ViewOrder), and from fewer one where all textures are of shapes of lobes.
     std::uint32_t viewsPerStep = 0;
     // Of the images that steps carry on, and the values that they are of. Images of views beyond it begin anew in every step that sees these.
     std::size_t imageBytes = std::size_t(1) << 30;

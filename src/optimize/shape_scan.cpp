@@ -17,7 +17,7 @@ namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kScanSpp = 2; // of one of a round's two images
-// After so many steps, when what else is recovered is about there, and ever more rarely.
+// After all views were seen so often, when what else is recovered is about there, and ever more rarely.
 constexpr std::uint32_t kFirstScan = 4, kScanGrowth = 4;
 // Of a range of 1. Narrow lobes, near 0, change faster.
 constexpr std::array kTried{0.07f, 0.2f, 0.4f, 0.65f, 0.9f};
@@ -70,18 +70,22 @@ std::size_t Optimization::movedKinds() const {
 
 bool Optimization::canScan(std::size_t i) const {
     const Parameter& parameter = scene_.parameters[parameters_[i]];
-    const auto isMapToScan = [&] { return usesDiagonal(i) && parameter.entries() <= kMostScanned && seesAll() && movedKinds() <= kMostKinds; };
+    const auto isMapToScan = [&] { return usesDiagonal(i) && parameter.entries() <= kMostScanned && movedKinds() <= kMostKinds; };
     return shapesLobe(parameter.kind) && (isConstant(i) || isMapToScan());
 }
 
 std::optional<std::size_t> Optimization::scannedAfter(std::uint32_t steps) const {
+    const ViewOrder order = viewOrder();
     std::uint32_t place = 0;
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         if (!canScan(i))
             continue;
-        const std::uint64_t first = std::max(state_.moments[i].start, config_.warmUp) + place++;
-        for (std::uint64_t at = kFirstScan; first + at <= steps; at *= kScanGrowth)
-            if (first + at == steps && steps < config_.steps)
+        const std::uint32_t first = std::max(state_.moments[i].start, config_.warmUp) + place++;
+        if (steps <= first || steps >= config_.steps)
+            continue;
+        const std::uint64_t seen = order.wholeOrders(first, steps), before = order.wholeOrders(first, steps - 1);
+        for (std::uint64_t at = kFirstScan; at <= seen; at *= kScanGrowth)
+            if (before < at)
                 return i;
     }
     return {};
@@ -100,8 +104,8 @@ void Optimization::scanShape(StepReport& report) {
     for (const std::uint32_t p : parameters_)
         model_.setSecondValues(p, scene_.parameters[p].values);
     std::vector<ShapeGain> gains(tried.size());
-    const auto round = [&](std::uint32_t number, std::size_t first, std::size_t end) {
-        for (std::size_t view = 0; view < model_.views(); ++view) {
+    const auto round = [&](std::uint32_t number, std::span<const std::size_t> views, std::size_t first, std::size_t end) {
+        for (const std::size_t view : views) {
             const LoadedTarget target(config_.targets[view]);
             const Image weight = lossCurvature(config_.loss, target->image, target->mask);
             const auto images = [&](std::span<const float> values) {
@@ -124,14 +128,23 @@ void Optimization::scanShape(StepReport& report) {
     std::size_t best = 0;
     bool sure = false;
     try {
-        round(0, 0, tried.size());
+        // Where a step sees some of the views, these say what may be worth trying, and all views whether it is.
+        std::vector<std::size_t> views = viewOrder().viewsOf(state_.step);
+        round(0, views, 0, tried.size());
         const auto likely = [](const ShapeGain& gain) { return gain.mean() - kLikely * gain.error(); };
         best = std::size_t(std::ranges::max_element(gains, {}, likely) - gains.begin());
-        const ShapeGain& gain = gains[best];
+        ShapeGain& gain = gains[best];
         const auto isSure = [&] { return gain.mean() > kSure * gain.error(); };
-        for (std::uint32_t number = 1; number < kMostRounds && !isSure() && likely(gain) > 0; ++number)
-            round(number, best, best + 1);
-        sure = isSure();
+        std::uint32_t number = 1;
+        if (views.size() < model_.views() && likely(gain) > 0) {
+            views.resize(model_.views());
+            std::iota(views.begin(), views.end(), std::size_t(0));
+            gain = {};
+            round(number++, views, best, best + 1);
+        }
+        for (; number < kMostRounds && !isSure() && likely(gain) > 0; ++number)
+            round(number, views, best, best + 1);
+        sure = views.size() == model_.views() && isSure();
     } catch (...) {
         parameter.values = now;
         model_.setParameter(index, now);

@@ -169,8 +169,8 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
            "Samples per pixel, at most, by which a step brings the image of the step before up to date; 0: every step renders its own of --spp"},
           o.recovery.sppDifference);
         v({"views-per-step", "N", "0",
-           "Of several targets at most so many a step, in random order, each once before any again; 0: all, of four and more at first one where Gauss-Newton "
-           "recovers textures and no constants"},
+           "Of several targets at most so many a step, in random order, each once before any again; 0: all, but where Gauss-Newton recovers textures and no "
+           "constants of four and more at first one, and of fewer one by maps of roughness and other shapes of lobes alone"},
           o.recovery.viewsPerStep);
         v({"warm-up", "N", "0", "First steps, which learn the guide and leave the parameters alone"}, o.recovery.warmUp);
         v({"freeze", "N", "never", "Step from which on the guide stays as it is"}, o.freeze);

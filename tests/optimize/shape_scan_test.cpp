@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <set>
 
 namespace cmpg {
 namespace {
@@ -12,14 +13,17 @@ namespace {
 constexpr int kEdge = 16;
 
 // Two of three pixels turn with the roughness of their texel, so that the loss has a minimum at every turn; the others tell one from the other. One sample
-// is off by `noise`.
+// is off by `noise`. Views are alike.
 class TurningModel final : public ImageModel {
   public:
-    TurningModel(double turns, double noise, std::vector<float> values) : turns_(turns), noise_(noise), now_(values), second_(std::move(values)) {}
-    std::size_t views() const override { return 1; }
+    TurningModel(double turns, double noise, std::vector<float> values, std::size_t views)
+        : turns_(turns), noise_(noise), views_(views), now_(values), second_(std::move(values)) {}
+    std::size_t views() const override { return views_; }
     std::pair<int, int> size(std::size_t) const override { return {kEdge, kEdge}; }
     Image picture(std::size_t, std::uint32_t spp, const PassKey& key, bool) override { return image(spp, key, now_, noise_); }
-    ImageHalves renderHalves(std::size_t, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges&) override {
+    ImageHalves renderHalves(std::size_t view, std::uint32_t spp, const PassKey& key, bool difference, const SampleRanges&) override {
+        if (spp == kScanSpp)
+            scanned.push_back(view);
         ImageHalves halves;
         halves.samples = std::max(1u, spp / 2);
         for (std::uint32_t h = 0; h < 2; ++h) {
@@ -49,6 +53,9 @@ class TurningModel final : public ImageModel {
     Image truth(const std::vector<float>& values) const { return image(1, {}, values, 0); }
     const std::vector<float>& now() const { return now_; }
 
+    static constexpr std::uint32_t kScanSpp = 2; // no other images have so many samples
+    std::vector<std::size_t> scanned;            // the views of images of scans
+
   private:
     static std::size_t texel(std::size_t i, const std::vector<float>& values) { return i / 9 % values.size(); } // three pixels each
     static bool turns(std::size_t i) { return i / 3 % 3 != 0; }
@@ -64,6 +71,7 @@ class TurningModel final : public ImageModel {
         return result;
     }
     double turns_, noise_;
+    std::size_t views_;
     std::vector<float> now_, second_;
 };
 
@@ -72,8 +80,9 @@ struct TurningRun {
     TurningModel model;
     Optimization optimization;
 
-    TurningRun(double turns, double noise, float start, const std::vector<float>& truth, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind)
-        : scene(sceneOf(start, truth.size())), model(turns, noise, scene.parameters[0].values), optimization(model, scene, configOf(model.truth(truth), steps, seed, kind), {0}) {}
+    TurningRun(double turns, double noise, float start, const std::vector<float>& truth, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind, std::size_t views = 1)
+        : scene(sceneOf(start, truth.size())), model(turns, noise, scene.parameters[0].values, views),
+          optimization(model, scene, configOf(model.truth(truth), steps, seed, kind, views), {0}) {}
 
     static Scene sceneOf(float start, std::size_t texels) {
         Scene scene;
@@ -86,13 +95,15 @@ struct TurningRun {
         roughness.values.assign(texels, start);
         return scene;
     }
-    static OptimizeConfig configOf(Image target, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind) {
+    static OptimizeConfig configOf(const Image& target, std::uint32_t steps, std::uint64_t seed, OptimizerKind kind, std::size_t views) {
         OptimizeConfig config;
         config.steps = steps;
         config.seed = seed;
         config.sppDifference = 12;
         config.optimizer.kind = kind;
-        config.targets.emplace_back().image = std::move(target);
+        config.targets.resize(views);
+        for (Target& of : config.targets)
+            of.image = target;
         return config;
     }
     const std::vector<float>& values() const { return scene.parameters[0].values; }
@@ -132,6 +143,24 @@ TEST(ShapeScan, BeginsAMapAnewWhereItIsNearer) {
         EXPECT_NEAR(values[i], truth[i], 0.02) << "texel " << i;
 }
 
+// Three views, one a step: what one finds likely all decide on, after each was seen four times.
+TEST(ShapeScan, AsksAllViewsWhereOneFindsAGain) {
+    const std::vector<float> truth(16, 0.3f);
+    const auto scannedIn = [](TurningRun& run, std::uint32_t steps) {
+        for (std::uint32_t i = 0; i < steps; ++i)
+            run.optimization.step();
+        return std::set<std::size_t>(run.model.scanned.begin(), run.model.scanned.end());
+    };
+    TurningRun far(kTurns, 0.02, 0.85f, truth, 60, 0, OptimizerKind::Auto, 3), near(kTurns, 0.02, 0.32f, truth, 60, 0, OptimizerKind::Auto, 3);
+    EXPECT_TRUE(scannedIn(far, 11).empty());
+    EXPECT_EQ(scannedIn(far, 1).size(), 3u);
+    EXPECT_LT(far.values()[0], 0.6f) << "it has moved";
+    EXPECT_EQ(scannedIn(near, 12).size(), 1u);
+    scannedIn(far, 40);
+    for (const float v : far.values())
+        EXPECT_NEAR(v, 0.3f, 0.02f);
+}
+
 // As it was kept after the step that moved, or after the next.
 TEST(ShapeScan, ARunThatGoesOnIsOneRun) {
     const std::vector<float> truth(4, 0.3f);
@@ -155,7 +184,7 @@ TEST(ShapeScan, LeavesTheOnlyMinimumAlone) {
 
 // Of 200 gains of nothing, by noise alone, none is taken for sure, and their errors are as large as they are said to be.
 TEST(ShapeScan, ErrorsAreThoseOfNoise) {
-    TurningModel noisy(0, 0.3, {0.3f});
+    TurningModel noisy(0, 0.3, {0.3f}, 1);
     Target target;
     target.image = noisy.truth({0.3f});
     const Image weight = lossCurvature(Loss::Mse, target.image);
