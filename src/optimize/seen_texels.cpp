@@ -24,7 +24,7 @@ float overlap(const TexelLookup& a, const TexelLookup& b) {
     return sum;
 }
 
-// Of the texels that the rays of a pixel met, each once. Returns the mean overlap of a ray with itself, in all of its rays.
+// Of the texels that the rays of a pixel met, each once. Returns the mean, over the rays, of the overlap of each with itself.
 float sharesOf(const Parameter& parameter, const std::vector<bool>& owners, std::span<const FirstVertex> rays, std::vector<Share>& shares) {
     shares.clear();
     float own = 0;
@@ -106,7 +106,7 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
             const double found = sum[c] / cover;
             curvature_.push_back(found > 0 && std::isfinite(float(found)) ? float(found) : 0.f);
         }
-        known_.push_back(float(std::clamp(2 * common / all - 1, 0.0, 1.0)));
+        known_.push_back(all > 0 ? float(std::clamp(2 * common / all - 1, 0.0, 1.0)) : 0.f);
     }
 }
 

@@ -2,6 +2,7 @@
 #include "linear_model.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/seen_texels.h"
+#include "optimize/texture_curvature.h"
 #include "optimize/unseen_texels.h"
 #include "scene/texel_lookup.h"
 
@@ -292,6 +293,29 @@ TEST(SeenTexels, StepsStayNearWhereAPixelSeesManyTexels) {
     std::cout << "loss " << before << " at first, at most " << largest << " after 10 steps, at last " << loss() << '\n';
     EXPECT_LT(largest, 0.02 * before);
     EXPECT_LT(loss(), 0.01 * before);
+}
+
+// Two texels that each pixel sees alike: C has all of their curvature, and none of their difference. Noise takes them no farther apart than four times `stray`.
+TEST(SeenTexels, NoiseTakesTexelsOfAPixelApartOnlySoFar) {
+    FirstVertices first;
+    first.begin = {0};
+    for (int p = 0; p < 9; ++p) {
+        for (int k = 0; k < 4; ++k)
+            first.vertices.push_back({0, {0.5f, 0.5f}, {}}); // between both
+        first.begin.push_back(first.vertices.size());
+    }
+    Parameter t = makeParameter("m.specular", SlotKind::Specular, 2, 1, 1, 0.5f);
+    SeenTexels seen;
+    Image curvature(3, 3, 3);
+    std::fill(curvature.values.begin(), curvature.values.end(), 1.f / 3);
+    seen.add(t, {true}, first, curvature);
+    seen.finish();
+    EXPECT_NEAR(seen.told()[0], seen.rows()[0], 1e-5f); // rays of one point tell the whole row
+    constexpr float kDeviation = 0.01f, kStray = 0.02f;
+    const TextureCurvature both(TotalVariationBound(t), {&seen, 1}, seen.told(), {kDeviation, kDeviation}, kStray);
+    const std::vector<float> step = both.solve({kDeviation, -kDeviation});
+    EXPECT_NEAR(step[0], 4 * kStray, 0.01f * kStray);
+    EXPECT_NEAR(step[1], -4 * kStray, 0.01f * kStray);
 }
 
 } // namespace
