@@ -69,7 +69,9 @@ struct RecoveryOptions {
     // textures of which a pixel sees more than three texels along its edge. 0: none.
     float prior = 8;
     float totalVariation = 0;       // weight of the total variation of textures
-    std::uint32_t viewsPerStep = 0; // of several targets, at most; 0: all, of four and more at first one where Gauss-Newton recovers textures and no constants
+    // Of several targets, at most. 0: all; where Gauss-Newton recovers textures and no constants, of four and more at first one, and of fewer one by maps of
+    // roughness and other shapes of lobes alone.
+    std::uint32_t viewsPerStep = 0;
     std::uint32_t warmUp = 0;       // first steps, which only learn the guide
     std::uint32_t freeze = 0;       // step from which on the guide stays as it is; 0: none
     // The gradient of each step is sampled until |standard error| / |gradient| is this small, in batches; sppGradient is the most, and at least as large as
