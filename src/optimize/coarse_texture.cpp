@@ -13,17 +13,17 @@ constexpr std::size_t kRowsAtOnce = 4; // of the coarse grid
 
 } // namespace
 
-TextureGrid TextureGrid::coarser() const {
+TextureGrid TextureGrid::coarser(std::size_t factor) const {
     TextureGrid grid = *this;
-    grid.width = (width + 3) / 4;
-    grid.height = (height + 3) / 4;
+    grid.width = (width + factor - 1) / factor;
+    grid.height = (height + factor - 1) / factor;
     grid.wrapU = wrapU && grid.width > 1;
     grid.wrapV = wrapV && grid.height > 1;
     return grid;
 }
 
-CoarseTexture::CoarseTexture(const TextureGrid& fine)
-    : fine_(fine), coarse_(fine.coarser()), columns_(between(fine.width, coarse_.width, fine.wrapU)), rows_(between(fine.height, coarse_.height, fine.wrapV)),
+CoarseTexture::CoarseTexture(const TextureGrid& fine, std::size_t factor)
+    : fine_(fine), coarse_(fine.coarser(factor)), columns_(between(fine.width, coarse_.width, fine.wrapU)), rows_(between(fine.height, coarse_.height, fine.wrapV)),
       rowsOf_(coarse_.height) {
     for (std::size_t y = 0; y < fine.height; ++y) {
         rowsOf_[rows_[y].first].push_back(y);
@@ -68,6 +68,26 @@ std::vector<float> CoarseTexture::gather(std::span<const float> x) const {
         }
     });
     return result;
+}
+
+std::vector<float> CoarseTexture::meanOf(std::span<const float> x) const {
+    if (x.empty())
+        return {};
+    std::vector<float> mean = gather(x);
+    const std::vector<float> weights = gather(std::vector<float>(x.size(), 1.f));
+    for (std::size_t i = 0; i < mean.size(); ++i)
+        mean[i] /= weights[i];
+    return mean;
+}
+
+std::vector<bool> CoarseTexture::nearest(const std::vector<bool>& coarse) const {
+    const auto most = [](const Between& at) { return at.share > 0.5f ? at.second : at.first; };
+    std::vector<bool> fine;
+    fine.reserve(fine_.width * fine_.height);
+    for (const Between& row : rows_)
+        for (const Between& column : columns_)
+            fine.push_back(coarse[most(row) * coarse_.width + most(column)]);
+    return fine;
 }
 
 void CoarseTexture::spread(std::span<const float> coarse, std::span<float> x) const {

@@ -13,21 +13,25 @@ struct TextureGrid {
     bool wrapU = false, wrapV = false;
 
     std::size_t entries() const { return width * height * channels; }
-    // A quarter of the texels along each side, rounded up.
-    TextureGrid coarser() const;
+    // One texel for `factor` along each side, rounded up.
+    TextureGrid coarser(std::size_t factor = 4) const;
 };
 
 // Between a grid and the coarser one: P interpolates linearly between the centres of coarse texels, and is constant beyond the outermost where nothing
 // repeats. Each of its rows sums to 1. Sums have a fixed order.
 class CoarseTexture {
   public:
-    explicit CoarseTexture(const TextureGrid& fine);
+    explicit CoarseTexture(const TextureGrid& fine, std::size_t factor = 4); // fine.coarser(factor)
     const TextureGrid& fine() const { return fine_; }
     const TextureGrid& coarse() const { return coarse_; }
     // P^T x, coarse().entries().
     std::vector<float> gather(std::span<const float> x) const;
+    // Of the texels that are one of the coarse grid, weighted as P^T has it. Nothing of nothing.
+    std::vector<float> meanOf(std::span<const float> x) const;
     // x += P coarse.
     void spread(std::span<const float> coarse, std::span<float> x) const;
+    // By fine texel, of the coarse one that it is most a part of.
+    std::vector<bool> nearest(const std::vector<bool>& coarse) const;
 
   private:
     struct Between { // of a fine row or column: the coarse ones about it, and the share of the second

@@ -51,6 +51,20 @@ void dropBeyondBounds(ImageHalves& halves, const Target& target) {
             halves.half[0].difference.values[k] = halves.half[1].difference.values[k] = 0;
 }
 
+// Without values, of a grid between whose texels all is interpolated.
+Parameter emptyTexture(const Parameter& like, const TextureGrid& grid) {
+    Parameter texture;
+    texture.kind = like.kind;
+    texture.width = std::uint32_t(grid.width);
+    texture.height = std::uint32_t(grid.height);
+    texture.channels = like.channels;
+    texture.wrapU = like.wrapU;
+    texture.wrapV = like.wrapV;
+    texture.texcoord = like.texcoord;
+    texture.uvTransform = like.uvTransform;
+    return texture;
+}
+
 } // namespace
 
 // Pictures count down from the last number, images that are carried on up from the first: one of each for a view.
@@ -329,7 +343,10 @@ void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const Fi
         const double step = curvatureDirection(i).step;
         for (std::size_t k = 0; k < curvature.values.size(); ++k)
             curvature.values[k] *= float(part * double(a.values[k]) * b.values[k] / (step * step));
-        seen_[i].add(parameter, owners, first, curvature);
+        if (const CoarseTexture* grid = coarse(i))
+            seen_[i].add(emptyTexture(parameter, grid->coarse()), owners, first, curvature);
+        else
+            seen_[i].add(parameter, owners, first, curvature);
     }
 }
 

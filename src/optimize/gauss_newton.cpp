@@ -38,17 +38,16 @@ double reachOf(SlotKind kind, double rate) {
     return isFarFromLinear(kind) ? std::min(reach, kLinear) : reach;
 }
 
-// A gradient as one of the grids sees it, and what that grid's texels remember.
+// A gradient as one of the grids sees it, and what bounds the curvature there.
 struct Grid {
     const TotalVariationBound& known;
     SeenPart seen;
     std::span<const float> diagonal;      // D
     std::span<const float> gradient, half; // as in NoisyGradient
-    SignalNoise& noise;
     std::span<const float> scale; // of the rate, by entry; empty: 1
 
-    // The step that `left` of the gradient asks for, times the share of the signal in all of it.
-    std::vector<float> step(std::vector<float> left, double rate, bool first) const {
+    // The step that `left` of the gradient asks for, times the share of the signal in all of it. `noise`: what the grid's texels remember.
+    std::vector<float> step(std::vector<float> left, SignalNoise& noise, double rate, bool first) const {
         const std::size_t count = gradient.size();
         const double weight = first ? 1 : kNewWeight;
         std::vector<float> deviation(count);
@@ -70,41 +69,45 @@ struct Grid {
     }
 };
 
-// Of the texels that are one of a coarser grid.
-std::vector<float> meanOf(const CoarseTexture& texture, std::span<const float> values) {
-    if (values.empty())
-        return {};
-    std::vector<float> mean = texture.gather(values);
-    const std::vector<float> weights = texture.gather(std::vector<float>(values.size(), 1.f));
-    forEachEntry(mean.size(), [&](std::size_t i) { mean[i] /= weights[i]; });
-    return mean;
-}
-
 // What a step of texels of one grid together is solved with.
-struct CoarseGrid {
-    CoarseTexture texture; // from the next finer grid
-    TotalVariationBound known;
-    std::vector<float> diagonal, gradient, half, scale;
+class CoarseGrid {
+  public:
+    CoarseGrid(const Grid& finer, const CoarseTexture& texture)
+        : texture_(texture), known_(finer.known.coarser(texture)), diagonal_(texture.gather(finer.diagonal)), gradient_(texture.gather(finer.gradient)),
+          half_(texture.gather(finer.half)), scale_(texture.meanOf(finer.scale)) {}
 
-    CoarseGrid(const TotalVariationBound& finer, std::span<const float> finerDiagonal, std::span<const float> finerGradient, std::span<const float> finerHalf,
-               std::span<const float> finerScale)
-        : texture(finer.grid()), known(finer.coarser(texture)), diagonal(texture.gather(finerDiagonal)), gradient(texture.gather(finerGradient)),
-          half(texture.gather(finerHalf)), scale(meanOf(texture, finerScale)) {}
+    const CoarseTexture& texture() const { return texture_; } // from the next finer grid
+    Grid grid(const SeenPart& seen = {}) const { return {known_, seen, diagonal_, gradient_, half_, scale_}; }
+
+  private:
+    CoarseTexture texture_;
+    TotalVariationBound known_;
+    std::vector<float> diagonal_, gradient_, half_, scale_;
 };
 
-std::vector<CoarseGrid> coarseGrids(const TotalVariationBound& known, std::span<const float> diagonal, std::span<const float> gradient, std::span<const float> half,
-                                    std::span<const float> scale) {
-    std::vector<CoarseGrid> grids;
-    if (known.empty()) // nothing connects texels: those that no path met would move with the others
-        return grids;
-    if (known.grid().width * known.grid().height > 1)
-        grids.emplace_back(known, diagonal, gradient, half, scale);
-    while (!grids.empty() && grids.back().known.grid().width * grids.back().known.grid().height > 1) {
-        const CoarseGrid& last = grids.back();
-        CoarseGrid next(last.known, last.diagonal, last.gradient, last.half, last.scale);
-        grids.push_back(std::move(next));
+// The sum of steps on ever finer grids, the last on `finest`. `noise`: of that one, then of ever coarser ones.
+std::vector<float> stepsOfGrids(const Grid& finest, std::span<SignalNoise> noise, double rate, bool first) {
+    const std::size_t count = finest.gradient.size();
+    std::vector<float> step(count), left(finest.gradient.begin(), finest.gradient.end());
+    if (noise.size() > 1) {
+        const CoarseGrid coarse(finest, CoarseTexture(finest.known.grid()));
+        coarse.texture().spread(stepsOfGrids(coarse.grid(), noise.subspan(1), rate, first), step);
+        finest.known.multiply(finest.diagonal, step, left); // of a smooth step C makes what the sums of its rows make
+        forEachEntry(count, [&](std::size_t i) { left[i] = finest.gradient[i] - left[i]; });
     }
-    return grids;
+    const std::vector<float> fine = finest.step(std::move(left), noise[0], rate, first);
+    forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
+    return step;
+}
+
+// With its own.
+std::size_t countOfGrids(const TotalVariationBound& known) {
+    if (known.empty()) // nothing connects texels: those that no path met would move with the others
+        return 1;
+    std::size_t count = 1;
+    for (TextureGrid grid = known.grid(); grid.width * grid.height > 1; grid = grid.coarser())
+        ++count;
+    return count;
 }
 
 float boundOf(double product, float direction) {
@@ -146,7 +149,8 @@ void addCurvature(std::span<const double> part, std::span<const double> largest,
     });
 }
 
-std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter, double lightUnit) {
+std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments, Parameter& parameter, double lightUnit,
+                                  const CoarseTexture* coarse) {
     const std::size_t count = parameter.entries();
     std::vector<float> g(count);
     const auto skipped = orderedSum<std::uint64_t>(count, kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -169,38 +173,19 @@ std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const Tot
     const bool some = gradient.viewShare < 1 && !moments.peak.empty();
     const std::vector<float> own = some ? boundOfSome(moments, gradient.viewShare) : std::vector<float>();
     const std::span<const float> diagonal = some ? own : moments.second;
-    std::vector<CoarseGrid> grids = coarseGrids(known, diagonal, g, half, scale);
-    moments.noise.resize(grids.size() + 1);
-
     const auto signal = float(signalShare(moments.noise[0]));
     const SeenPart seen = some ? SeenPart() : SeenPart{moments.seen.get(), signal * signal};
-    std::vector<float> step(count), left = g;
-    const auto subtractStep = [&] {
-        known.multiply(diagonal, step, left); // of a smooth step C makes what the sums of its rows make
-        forEachEntry(count, [&](std::size_t i) { left[i] = g[i] - left[i]; });
+    const auto stepsOn = [&](const Grid& finest) {
+        moments.noise.resize(countOfGrids(finest.known));
+        return stepsOfGrids(finest, moments.noise, rate, first);
     };
-    for (std::size_t level = grids.size(); level > 0; --level) {
-        if (level < grids.size())
-            subtractStep();
-        std::vector<float> gathered = grids[0].texture.gather(left);
-        for (std::size_t k = 1; k < level; ++k)
-            gathered = grids[k].texture.gather(gathered);
-        const CoarseGrid& grid = grids[level - 1];
-        std::vector<float> coarse = Grid{grid.known, {}, grid.diagonal, grid.gradient, grid.half, moments.noise[level], grid.scale}.step(std::move(gathered), rate, first);
-        for (std::size_t k = level - 1; k > 0; --k) {
-            std::vector<float> finer(grids[k].texture.fine().entries());
-            grids[k].texture.spread(coarse, finer);
-            coarse = std::move(finer);
-        }
-        grids[0].texture.spread(coarse, step);
-    }
-    if (!grids.empty())
-        subtractStep();
-    grids.clear();
-    {
-        const std::vector<float> fine = Grid{known, seen, diagonal, g, half, moments.noise[0], scale}.step(std::move(left), rate, first);
-        forEachEntry(count, [&](std::size_t i) { step[i] += fine[i]; });
-    }
+    std::vector<float> step;
+    if (coarse) {
+        step.resize(count);
+        const CoarseGrid grid(Grid{known, {}, diagonal, g, half, scale}, *coarse);
+        coarse->spread(stepsOn(grid.grid(seen)), step);
+    } else
+        step = stepsOn(Grid{known, seen, diagonal, g, half, scale});
     const auto share = float(signalShare(moments.noise[0]));
     const float reach = float(reachOf(parameter.kind, rate)), lowest = parameter.lowest(), highest = std::min(parameter.highest(), kLargestValue);
     float* values = parameter.values.data();

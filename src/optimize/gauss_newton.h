@@ -50,9 +50,10 @@ struct NoisyGradient {
 // what few paths reach, and paths that are rare. Where L is 0 there is the texture's grid alone. On that grid, C stands for what D has of the texels that
 // cameras see (SeenTexels), by the square of s: a diagonal takes many steps to tell texels apart that a pixel sees at once, and averages noise over them,
 // which C's inverse would follow. Entries whose gradient is not finite do not move by it; returns how many. `lightUnit`: of light, what its values are
-// measured by; the rate of an entry that is brighter grows as its value does. 0: no light.
+// measured by; the rate of an entry that is brighter grows as its value does. 0: no light. `coarse`: from the texture to the grid that stands for it where its
+// texels are finer than images tell: the last step is on that one, SeenTexels are of it, and what the values have within its texels stays. Null: its own.
 std::uint64_t updateByGaussNewton(double rate, NoisyGradient gradient, const TotalVariationBound& known, Moments& moments,
-                                  Parameter& parameter, double lightUnit = 0);
+                                  Parameter& parameter, double lightUnit = 0, const CoarseTexture* coarse = nullptr);
 
 // Images are far from linear in the shape of lobes and in normals, and their highlights, the noisiest pixels, tell most of these.
 inline bool isFarFromLinear(SlotKind kind) { return shapesLobe(kind) || kind == SlotKind::Normal; }

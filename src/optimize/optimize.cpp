@@ -95,9 +95,16 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
         Parameter& parameter = scene_.parameters.at(index);
         methods_.push_back(methodOf(config_, parameter.kind));
         parameter.materialise();
+        const double covered = config_.footprints.empty() || methods_.back() != OptimizerKind::GaussNewton ? 0 : config_.footprints[methods_.size() - 1].least;
+        coarse_.push_back(covered >= 4 ? std::optional(CoarseTexture(gridOf(parameter), std::size_t(covered / 2))) : std::nullopt);
         if (state_.moments.size() < parameters_.size())
             state_.moments.push_back(initialMoments(config_.optimizer, parameter));
     }
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+        if (Moments& moments = state_.moments[i]; !moments.areOf(stepGrid(i))) { // another prior has another grid
+            moments.seen = nullptr;
+            moments.noise.assign(1, {});
+        }
     findConstants(allowed && (config_.viewsPerStep == 0 || config_.viewsPerStep >= model_.views()));
     restartCurvature();
 }
@@ -187,7 +194,7 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
     if (const double tolerated = tolerance_[view]; tolerated > 0) {
         const ExpectedLoss expected = expectedLoss(config_.loss, image, target, shares_[view], tolerated);
         for (std::size_t i = 0; i < parameters_.size(); ++i) // of all views
-            information_[i] += loss.values / expected.beside(config_.texelsPerPixel.empty() ? 0 : config_.texelsPerPixel[i]) / viewShare_;
+            information_[i] += loss.values / expected.beside(config_.footprints.empty() ? 0 : config_.footprints[i].mean) / viewShare_;
     }
     report.samples += image.paths;
 
@@ -243,7 +250,7 @@ void Optimization::guessUnseen(std::size_t i) {
     constexpr std::uint32_t kFirst = 8;
     Moments& moments = state_.moments[i];
     if (moments.steps >= kFirst && std::has_single_bit(moments.steps))
-        moments.expected = moments.seen ? expectUnseen(scene_.parameters[parameters_[i]], *moments.seen) : nullptr;
+        moments.expected = moments.seen ? expectUnseen(scene_.parameters[parameters_[i]], *moments.seen, coarse(i)) : nullptr;
 }
 
 void Optimization::sumUp(StepReport& report) {
@@ -327,13 +334,13 @@ std::uint64_t Optimization::moveByGaussNewton(std::size_t i, double rate, double
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
     if (!isNormal(i))
-        return updateByGaussNewton(rate, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter, lightUnit);
+        return updateByGaussNewton(rate, {gradients_[i], std::move(noise_[i]), viewShare_}, known_[i], moments, parameter, lightUnit, coarse(i));
     Parameter steps = parameter;
     std::fill(steps.values.begin(), steps.values.end(), 0.f);
     std::vector<double> gradient = gradients_[i];
     toSteps(parameter.values, gradient);
     toSteps(parameter.values, noise_[i]);
-    const std::uint64_t skipped = updateByGaussNewton(rate, {gradient, std::move(noise_[i]), viewShare_}, known_[i], moments, steps);
+    const std::uint64_t skipped = updateByGaussNewton(rate, {gradient, std::move(noise_[i]), viewShare_}, known_[i], moments, steps, 0, coarse(i));
     moveNormals(steps.values, parameter.values);
     return skipped;
 }

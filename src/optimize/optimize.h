@@ -1,6 +1,7 @@
 // An optimisation: parameters of a scene move until its images match their targets.
 #pragma once
 
+#include "optimize/coarse_texture.h"
 #include "optimize/constant_block.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/image_model.h"
@@ -10,6 +11,7 @@
 #include "optimize/regularizer.h"
 #include "optimize/running_image.h"
 #include "optimize/target.h"
+#include "optimize/texel_footprint.h"
 #include "optimize/view_order.h"
 
 #include <algorithm>
@@ -36,7 +38,9 @@ struct OptimizeConfig {
     // or, with a squared loss, errors as large as there are where those are smaller. What is recovered is the most likely texture under both (maximum a
     // posteriori). 0: any texture is as likely.
     double prior = 0;
-    std::vector<double> texelsPerPixel{}; // of the parameters, along the edge of a pixel (texelsPerPixel()); the prior of finer textures is weaker. Empty: of none
+    // Of the parameters; empty: of none. The prior of finer textures is weaker. Those of which a pixel covers many texels step on a coarser grid, whose texels are
+    // half of what it covers at most, by Gauss-Newton.
+    std::vector<TexelFootprint> footprints{};
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
     // views or more, one at first and more later (ViewOrder), and from fewer one where all textures are of shapes of lobes.
     std::uint32_t viewsPerStep = 0;
@@ -183,6 +187,8 @@ class Optimization {
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
     std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()
+    const CoarseTexture* coarse(std::size_t parameter) const { return coarse_[parameter] ? &*coarse_[parameter] : nullptr; } // that it steps on; null: its own grid
+    TextureGrid stepGrid(std::size_t parameter) const { return coarse_[parameter] ? coarse_[parameter]->coarse() : gridOf(scene_.parameters[parameters_[parameter]]); }
     float raisedFloorOf(std::uint32_t parameter) const; // that updates leave it at least; `parameter`: in the scene
     void raiseToFloors();
     void publish(StepReport& report);
@@ -212,6 +218,7 @@ class Optimization {
     OptimizeConfig config_;
     std::vector<std::uint32_t> parameters_;
     std::vector<OptimizerKind> methods_; // of the parameters
+    std::vector<std::optional<CoarseTexture>> coarse_; // of the parameters: the grid that stands for one; none: its own
     std::vector<std::size_t> constants_; // places in parameters_ of those that step together
     OptimizeState state_;
     double rateFactor_ = 1;

@@ -124,6 +124,11 @@ double scheduleFactor(Schedule schedule, std::uint32_t step, std::uint32_t steps
     return 1;
 }
 
+bool Moments::areOf(const TextureGrid& grid) const {
+    const std::vector<float>& squares = noise[0].squares;
+    return (squares.empty() || squares.size() == grid.entries()) && (!seen || seen->fits(grid));
+}
+
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter) {
     Moments moments;
     moments.first.assign(parameter.entries(), 0.f);

@@ -73,7 +73,9 @@ struct Moments {
     std::shared_ptr<const SeenTexels> seen; // the part of the curvature that is known texel by texel; null where none is
     std::shared_ptr<const ExpectedDifferences> expected; // of neighbours that no camera sees, from those that one does; null: they are alike
     std::uint32_t products = 0, steps = 0; // how often the curvature was measured, and steps since `start`
-    std::vector<SignalNoise> noise{1};   // of the texture, then of ever coarser grids
+    std::vector<SignalNoise> noise{1};   // of the grid that the texture steps on, then of ever coarser ones
+    // Whether `seen` and `noise` are of the grid, or of none yet.
+    bool areOf(const TextureGrid& grid) const;
 };
 Moments initialMoments(const OptimizerConfig& config, const Parameter& parameter);
 

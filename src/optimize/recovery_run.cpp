@@ -16,7 +16,7 @@ RecoveryRun::RecoveryRun(Renderer& renderer, GuidedPasses& passes, Scene& scene,
         for (const View& view : steps.views)
             pictures.emplace_back(*view.camera, view.width, view.height);
         for (const std::uint32_t parameter : parameters)
-            steps.config.texelsPerPixel.push_back(texelsPerPixel(scene, parameter, pictures));
+            steps.config.footprints.push_back(texelFootprint(scene, parameter, pictures));
     }
     optimization_.emplace(model(), scene, std::move(steps.config), std::move(parameters), std::move(steps.start));
 }

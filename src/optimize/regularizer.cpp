@@ -183,10 +183,10 @@ struct Places {
 TotalVariationBound TotalVariationBound::coarser(const CoarseTexture& texture) const {
     const TextureGrid& to = texture.coarse();
     TotalVariationBound result(to);
-    result.right_.resize(to.width * to.height);
-    result.below_.resize(to.width * to.height);
     if (empty())
         return result;
+    result.right_.resize(to.width * to.height);
+    result.below_.resize(to.width * to.height);
     const Places columns(grid_.width, to.width, to.wrapU), rows(grid_.height, to.height, to.wrapV);
     const auto square = [](double factor) { return float(factor * factor); };
     const float across = square(double(to.width) / double(grid_.width)), down = square(double(to.height) / double(grid_.height));

@@ -13,8 +13,8 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
         const Moments& moments = state.moments[i];
         fits = values[i].size() == entries && (!begun || gradients[i].size() == entries) && moments.first.size() == entries &&
                moments.second.size() == state_.moments[i].second.size() && (moments.peak.empty() || moments.peak.size() == entries) &&
-               (!moments.seen || moments.seen->fits(scene_.parameters[parameters_[i]])) && !moments.noise.empty() &&
-               (moments.noise[0].squares.empty() || moments.noise[0].squares.size() == entries);
+               !moments.noise.empty() &&
+               moments.areOf(stepGrid(i));
     }
     fits = fits && state.imageValues.size() == state.images.size() && (state.images.empty() || state.images.size() == model_.views());
     for (std::size_t view = 0; fits && view < state.images.size(); ++view) {

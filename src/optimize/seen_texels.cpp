@@ -182,7 +182,7 @@ void SeenTexels::restore(ByteReader& in, std::size_t entries) {
     const auto figures = [](const std::vector<float>& values) { return std::all_of(values.begin(), values.end(), [](float v) { return v >= 0 && std::isfinite(v); }); };
     const bool whole = in.get<std::uint8_t>() != 0;
     const auto texels = in.get<std::uint64_t>(), channels = in.get<std::uint64_t>();
-    if (channels < 1 || channels > 3 || texels != entries / channels || texels * channels != entries)
+    if (channels < 1 || channels > 3 || texels > entries / channels)
         throw Malformed{"the texels that cameras see are of another texture"};
     Shares shares;
     std::uint64_t total = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/byte_stream.h"
+#include "optimize/coarse_texture.h"
 #include "render/first_vertices.h"
 #include "scene/image.h"
 #include "scene/scene.h"
@@ -19,8 +20,8 @@ namespace cmpg {
 // average. The diagonal keeps 1 - k_p of the row. It bounds what f_p misses, where m < 1 - k_p; k_p is (1 - m) / (1 + m).
 class SeenTexels {
   public:
-    // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells, and isWhole() no longer holds. `owners`: by material of the scene, whether the
-    // parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, as k is, and what is seen of the
+    // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells, and isWhole() no longer holds. Of `parameter` its
+    // size counts, and how points find texels. `owners`: by material of the scene, whether the parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, as k is, and what is seen of the
     // texture is lit evenly: 3 x 3 pixels share theirs.
     void add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature);
     // After the last view.
@@ -28,7 +29,7 @@ class SeenTexels {
 
     bool empty() const { return pixelShares_.size() == 0; }
     bool isWhole() const { return whole_; } // all that the views see
-    bool fits(const Parameter& parameter) const { return texels_ == std::size_t(parameter.width) * parameter.height && channels_ == parameter.channels; }
+    bool fits(const TextureGrid& grid) const { return texels_ == grid.width * grid.height && channels_ == grid.channels; }
     // By entry: the sums of C's rows; its diagonal.
     std::span<const float> rows() const { return rows_; }
     std::span<const float> diagonal() const { return diagonal_; }
@@ -37,7 +38,7 @@ class SeenTexels {
     void addMultiply(std::span<const float> x, float part, std::span<float> out) const;
 
     void save(ByteWriter& out) const;
-    void restore(ByteReader& in, std::size_t entries); // of the parameter; throws Malformed
+    void restore(ByteReader& in, std::size_t entries); // of the parameter, at most; throws Malformed
 
     static constexpr std::size_t kMostShares = std::size_t(1) << 22; // 64 MiB with what lists them by texel
 

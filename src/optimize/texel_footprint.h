@@ -7,8 +7,14 @@
 
 namespace cmpg {
 
-// Texels along the edge of a pixel: the root of how many texels the pictures show by how many pixels they cover, of surfaces within them, hidden
-// ones too, since what hides them hides both. Many triangles are sampled. 0 where no picture shows the texture, as of an environment, and of constants.
-double texelsPerPixel(const Scene& scene, std::uint32_t parameter, std::span<const CameraRays> pictures);
+// Of surfaces within the pictures, hidden ones too, since what hides them hides both. Many triangles are sampled. All 0 where no picture shows the texture, as of
+// an environment, and of constants.
+struct TexelFootprint {
+    // Texels along the edge of a pixel: the root of how many texels the pictures show by how many pixels they cover.
+    double mean = 0;
+    // A power of two. So many texels, at least, lie along the shorter side of what a pixel covers, but for a fiftieth of what is shown.
+    double least = 0;
+};
+TexelFootprint texelFootprint(const Scene& scene, std::uint32_t parameter, std::span<const CameraRays> pictures);
 
 } // namespace cmpg

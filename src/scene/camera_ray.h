@@ -18,6 +18,7 @@ class CameraRays {
     // Where a point is in the picture: (x w, y w, depth, w), with x and y from -1, left and below, to 1. Depth is above 0 before the camera; w is 1
     // of an orthographic camera, else the depth.
     glm::vec4 project(const glm::vec3& point) const;
+    glm::dvec2 size() const { return {width_, height_}; } // in pixels
     double pixels() const { return double(width_) * height_; }
 
   private:

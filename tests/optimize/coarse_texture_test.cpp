@@ -49,6 +49,23 @@ TEST(CoarseTexture, ConstantsStayConstant) {
     }
 }
 
+TEST(CoarseTexture, MeansOfConstantsAreConstant) {
+    for (const TextureGrid& grid : kGrids)
+        for (const std::size_t factor : {2, 4, 16}) {
+            const CoarseTexture texture(grid, factor);
+            EXPECT_EQ(texture.coarse().width, (grid.width + factor - 1) / factor);
+            for (const float value : texture.meanOf(std::vector<float>(grid.entries(), 0.75f)))
+                EXPECT_NEAR(value, 0.75f, 1e-6f) << grid.width << " x " << grid.height;
+            EXPECT_TRUE(texture.meanOf({}).empty());
+        }
+}
+
+TEST(CoarseTexture, NearestIsTheTexelAround) {
+    const CoarseTexture texture({8, 5, 3}, 4);
+    EXPECT_EQ(texture.nearest({true, false, false, true}), (std::vector<bool>{1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, // the middle row: the first
+                                                                              0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1}));
+}
+
 // P^T L P of a texture without edges: its quadratic form at smooth values is that of the coarse pairs.
 TEST(CoarseTexture, BoundOfSmoothValuesIsThatOfThePairsBetween) {
     for (const Wrap wrap : {Wrap::Repeat, Wrap::Clamp}) {

@@ -137,6 +137,29 @@ TEST(GaussNewton, FollowsNoNoise) {
     EXPECT_LT(moments.noise[0].signal, moments.noise[0].noise);
 }
 
+// On a coarser grid: what is smooth is found as on the texture's own, and what a texel differs by within one of that grid stays.
+TEST(GaussNewton, CoarserGridsLeaveWhatIsWithinTheirTexels) {
+    const auto wave = [](std::size_t entry) { return 0.5f + 0.2f * std::sin(float(entry / 3 % 32) * 0.19635f); }; // once around
+    const auto detail = [](std::size_t entry) { return entry / 3 % 2 == 0 ? 0.03f : -0.03f; };
+    Parameter texture = makeParameter("m.baseColor", SlotKind::BaseColor, 32, 32, 3, 0.5f);
+    const std::size_t count = texture.entries();
+    for (std::size_t i = 0; i < count; ++i)
+        texture.values[i] += detail(i);
+    Moments moments = initialMoments({.kind = OptimizerKind::GaussNewton}, texture);
+    addCurvature(std::vector<double>(count, 0.05), {0.05f}, moments); // curvature 1
+    const CoarseTexture coarse(gridOf(texture), 4);
+    for (int step = 0; step < 30; ++step) {
+        std::vector<double> gradient(count);
+        for (std::size_t i = 0; i < count; ++i)
+            gradient[i] = double(texture.values[i]) - wave(i); // also asks for an end of the detail
+        updateByGaussNewton(0.05, {gradient, std::vector<double>(count)}, TotalVariationBound(texture), moments, texture, 0, &coarse);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        EXPECT_NEAR(texture.values[i], wave(i) + detail(i), 0.01) << i;
+    EXPECT_EQ(moments.noise.size(), 1u) << "nothing connects texels";
+    EXPECT_EQ(moments.noise[0].squares.size(), 8u * 8u * 3u);
+}
+
 // Momentum goes on where gradients are signal. Of a lobe's shape it has gone where more than a quarter of them is noise, of colours it has not.
 TEST(GaussNewton, ShapesOfLobesHaveNoMomentumInNoise) {
     const auto secondMove = [](SlotKind kind, double noise) {

@@ -24,10 +24,12 @@ struct Square {
         camera.toWorld[3] = glm::vec4(0, 0, distance, 1);
         camera.yfov = 2 * std::atan(0.5f); // two away it shows a square of two
     }
-    double texels(int width, int height) const {
+    TexelFootprint footprint(int width, int height) const {
         const CameraRays picture(camera, width, height);
-        return texelsPerPixel(scene, 0, std::span(&picture, 1));
+        return texelFootprint(scene, 0, std::span(&picture, 1));
     }
+    double texels(int width, int height) const { return footprint(width, height).mean; }
+    double least(int width, int height) const { return footprint(width, height).least; }
 };
 
 TEST(TexelFootprint, IsTheRootOfTexelsByPixels) {
@@ -55,6 +57,41 @@ TEST(TexelFootprint, FollowsCameraAndTexture) {
     EXPECT_NEAR(square.texels(16, 16), std::sqrt(3 * 64 * 32 / 64.0), 1e-5);
     square.scene.parameters[0].kind = SlotKind::Roughness; // no surface has it
     EXPECT_EQ(square.texels(16, 16), 0);
+}
+
+TEST(TexelFootprint, LeastIsAlongTheShorterSide) {
+    EXPECT_EQ(Square(2).least(15, 15), 2) << "4.3 x 2.1 texels";
+    EXPECT_EQ(Square(2).least(7, 7), 4) << "9.1 x 4.6";
+    EXPECT_EQ(Square(4).least(15, 15), 4);
+    EXPECT_EQ(Square(2).least(100, 100), 0) << "a texel covers pixels";
+    EXPECT_EQ(Square(-2).least(15, 15), 0);
+    Square turned(2);
+    for (glm::vec2& uv : turned.scene.geometry.uv0)
+        uv = {0.5f * uv.y + 3, 1 - uv.x};
+    EXPECT_EQ(turned.least(15, 15), 2) << "2.1 x 2.1";
+}
+
+// Seen at a slant, what a pixel covers is long, and shortest across where it is nearest.
+TEST(TexelFootprint, LeastOfAFloorIsThatOfItsNearestPart) {
+    Square square(2);
+    square.scene.parameters[0] = makeParameter("square.baseColor", SlotKind::BaseColor, 51, 512, 3, 0.5f);
+    for (glm::vec3& corner : square.scene.geometry.positions)
+        corner = {0.1f * corner.x, -0.2f, -4 * corner.y - 4}; // from 2 to 10 before the camera
+    // At a distance of 2 the picture is 2 wide: a pixel of 20 covers 25 texels across, and five times as many at the far end.
+    EXPECT_EQ(square.least(20, 20), 16);
+    const TexelFootprint all = square.footprint(20, 20);
+    EXPECT_GT(all.mean, 4 * all.least);
+}
+
+// One picture of several that is nearer decides, if it shows more than a fiftieth.
+TEST(TexelFootprint, LeastIsThatOfTheNearestPicture) {
+    const Square far(20), near(2);
+    Square nearest(0.05f);
+    nearest.camera.toWorld[3] = glm::vec4(0.5f, 0.5f, 0.05f, 1);
+    const CameraRays pictures[] = {{far.camera, 15, 15}, {near.camera, 15, 15}, {nearest.camera, 15, 15}};
+    EXPECT_EQ(texelFootprint(far.scene, 0, std::span(pictures, 1)).least, 16);
+    EXPECT_EQ(texelFootprint(far.scene, 0, std::span(pictures, 2)).least, 2);
+    EXPECT_EQ(texelFootprint(far.scene, 0, pictures).least, 2) << "the last shows a thousandth";
 }
 
 // A floor that the picture cuts off: pixels are counted by rays, texels by where points of the floor are in the picture.
