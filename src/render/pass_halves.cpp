@@ -1,12 +1,15 @@
 // Passes in two halves with random numbers of their own.
 #include "render/pass_halves.h"
 
+#include "base/parallel.h"
+
 #include <cmath>
 
 namespace cmpg {
 namespace {
 
 constexpr std::uint32_t kSecondHalf = 5;
+constexpr std::size_t kEntriesAtOnce = 1 << 15;
 
 } // namespace
 
@@ -23,8 +26,10 @@ void addHalf(const std::vector<std::vector<double>>& a, const std::vector<std::v
     sum.resize(a.size());
     for (std::size_t p = 0; p < a.size(); ++p) {
         sum[p].resize(a[p].size());
-        for (std::size_t i = 0; i < a[p].size(); ++i)
-            sum[p][i] += 0.5 * (a[p][i] + sign * b[p][i]);
+        parallelFor(a[p].size(), kEntriesAtOnce, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                sum[p][i] += 0.5 * (a[p][i] + sign * b[p][i]);
+        });
     }
 }
 
