@@ -7,10 +7,12 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfOutputFile.h>
+#include <ImfThreading.h>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stb/stb_image_write.h>
+#include <thread>
 
 namespace cmpg {
 namespace {
@@ -38,6 +40,18 @@ struct Plane {
     std::size_t step;   // floats from one pixel to the next
 };
 
+// What compresses a file, beside the caller. Its bytes are the same whatever their number.
+int compressingThreads(int width, int height) {
+    constexpr std::int64_t kFewPixels = 1 << 20; // not worth threads, which stay until the process ends
+    if (std::int64_t(width) * height < kFewPixels) return 0;
+    static const int threads = [] {
+        const auto count = int(std::min(16u, std::thread::hardware_concurrency()));
+        Imf::setGlobalThreadCount(std::max(count, Imf::globalThreadCount()));
+        return count;
+    }();
+    return threads;
+}
+
 // Only the attributes every EXR file must have: no date, owner or program, so that equal pixels give equal bytes.
 Bytes encodePlanes(int width, int height, const std::vector<Plane>& planes) {
     MemoryOutput stream;
@@ -52,7 +66,7 @@ Bytes encodePlanes(int width, int height, const std::vector<Plane>& planes) {
             auto* base = reinterpret_cast<char*>(const_cast<float*>(plane.first));
             frame.insert(plane.name, Imf::Slice(Imf::FLOAT, base, step, step * std::size_t(width)));
         }
-        Imf::OutputFile output(stream, header, 1);
+        Imf::OutputFile output(stream, header, compressingThreads(width, height));
         output.setFrameBuffer(frame);
         output.writePixels(height);
     } catch (const Iex::BaseExc& e) {
