@@ -121,10 +121,10 @@ def slab():
     return g
 
 
-def poster():
+def poster(edge=512):
     """A poster on the far wall of a room: its texture is ten times as fine as the picture of it."""
     g = Gltf(max_depth=6)
-    g.material("poster", texture=texture(g, printed, 512, 512))
+    g.material("poster", texture=texture(g, printed, edge, edge))
     g.material("wall", (0.7, 0.68, 0.62))
     g.material("floor", (0.35, 0.25, 0.18))
     g.material("box", (0.3, 0.45, 0.6))
@@ -137,6 +137,11 @@ def poster():
     g.mesh("light", Mesh().quad((-0.5, 2.58, -0.6), (0.5, 2.58, -0.6), (0.5, 2.58, 0.2), (-0.5, 2.58, 0.2)), "light")
     g.camera("front", (0.5, 1.4, 2.4), (-0.1, 1.35, -2), 48)
     return g
+
+
+def mural():
+    """The same with a texture of the size that cameras and painters deliver."""
+    return poster(2048)
 
 
 def caustic():
@@ -298,4 +303,4 @@ def polished():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, caustic, screen, lamps, tiles, relief, plate, terrace, polished)}
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, mural, caustic, screen, lamps, tiles, relief, plate, terrace, polished)}
