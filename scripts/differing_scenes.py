@@ -1,6 +1,6 @@
 """Scenes of bench-differing that are not bundled: light that comes in from outside, a ball seen from all sides, a screen, many lamps, a pane or a slab of glass
 before a picture, a poster of many texels to a pixel, a ball of glass over a floor, a tabletop with maps of all that it is, reliefs of stone and metal, polished balls
-under a sun."""
+under a sun, tiles in the shade."""
 import math
 import random
 
@@ -283,6 +283,25 @@ def terrace():
     return g
 
 
+def shade():
+    """Tiles of which a wall leaves most in the shade, a thousandth as bright as those beside the lamp."""
+    g = Gltf(max_depth=6)
+
+    def tile(u, v):
+        fire = 0.5 + 0.4 * random.Random(int(7 * u + 0.5 * (int(9 * v) % 2)) * 31 + int(9 * v) * 57).random()
+        return (255 * fire, 180 * fire, 130 * fire) if min(7 * u % 1, 9 * v % 1) > 0.1 else (200, 200, 195)
+
+    g.environment("sky.exr", images.Picture(64, 32, lambda u, v: (0.004, 0.005, 0.008)).exr())
+    g.material("floor", texture=texture(g, tile))
+    g.material("wall", (0.5, 0.5, 0.5))
+    g.material("light", (0, 0, 0), emission=(60, 50, 40))
+    g.mesh("floor", Mesh().quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), "floor")
+    g.mesh("wall", Mesh().box((-0.1, 0, -2), (0.1, 1.6, 1.0)).quad((-2, 0, -2), (2, 0, -2), (2, 2, -2), (-2, 2, -2)), "wall")
+    g.mesh("light", Mesh().box((1.2, 0.4, -0.2), (1.3, 0.5, -0.1)), "light")
+    g.camera("front", (-1.2, 2.2, 3.0), (-0.3, 0, 0), 50)
+    return g
+
+
 def polished():
     """A metal ball of 8 x 8 fields, each polished in its own way, in the sun, from two sides."""
     g = Gltf(max_depth=6)
@@ -303,4 +322,4 @@ def polished():
     return g
 
 
-GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, mural, caustic, screen, lamps, tiles, relief, plate, terrace, polished)}
+GENERATED = {f.__name__: f for f in (window, globe, showcase, slab, poster, mural, caustic, screen, lamps, tiles, relief, plate, terrace, shade, polished)}

@@ -80,16 +80,6 @@ std::vector<float> CoarseTexture::meanOf(std::span<const float> x) const {
     return mean;
 }
 
-std::vector<bool> CoarseTexture::nearest(const std::vector<bool>& coarse) const {
-    const auto most = [](const Between& at) { return at.share > 0.5f ? at.second : at.first; };
-    std::vector<bool> fine;
-    fine.reserve(fine_.width * fine_.height);
-    for (const Between& row : rows_)
-        for (const Between& column : columns_)
-            fine.push_back(coarse[most(row) * coarse_.width + most(column)]);
-    return fine;
-}
-
 void CoarseTexture::spread(std::span<const float> coarse, std::span<float> x) const {
     const std::size_t channels = fine_.channels, row = fine_.width * channels, coarseRow = coarse_.width * channels;
     parallelFor(fine_.height, 4 * kRowsAtOnce, [&](std::size_t begin, std::size_t end) {

@@ -31,7 +31,7 @@ class CoarseTexture {
     // x += P coarse.
     void spread(std::span<const float> coarse, std::span<float> x) const;
     // By fine texel, of the coarse one that it is most a part of.
-    std::vector<bool> nearest(const std::vector<bool>& coarse) const;
+    template <class Value> std::vector<Value> nearest(const std::vector<Value>& coarse) const;
 
   private:
     struct Between { // of a fine row or column: the coarse ones about it, and the share of the second
@@ -44,5 +44,15 @@ class CoarseTexture {
     std::vector<Between> columns_, rows_;
     std::vector<std::vector<std::size_t>> rowsOf_; // by coarse row: the fine ones it is part of
 };
+
+template <class Value> std::vector<Value> CoarseTexture::nearest(const std::vector<Value>& coarse) const {
+    const auto most = [](const Between& at) { return at.share > 0.5f ? at.second : at.first; };
+    std::vector<Value> fine;
+    fine.reserve(fine_.width * fine_.height);
+    for (const Between& row : rows_)
+        for (const Between& column : columns_)
+            fine.push_back(coarse[most(row) * coarse_.width + most(column)]);
+    return fine;
+}
 
 } // namespace cmpg

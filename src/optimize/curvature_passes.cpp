@@ -297,7 +297,8 @@ void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups
         const bool asks = groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
                           adjoint.pixels() * config_.sppGradient <= kMostFirstVertices;
         report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
-        addSeenTexels(group, first, a, b, weight);
+        if (!first.vertices.empty())
+            addSeenTexels(group, first, a, b, weight, noiseOf(config_.loss, {halves.half[0].image, halves.half[1].image}, *target).around);
         for (std::size_t i = 0; i < own.size(); ++i) {
             if (isNormal(i) && isMoved(i))
                 toSteps(scene_.parameters[parameters_[i]].values, moving.axis, own[i]);
@@ -328,9 +329,8 @@ bool Optimization::seesTexels(std::size_t i) const {
     return usesDiagonal(i) && !emitsLight(kind) && !shapesLobe(kind) && viewOrder().stepsBeforeAll() == 0;
 }
 
-void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight) {
-    if (first.vertices.empty())
-        return;
+void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight,
+                                 std::span<const float> noise) {
     const double part = 1 / double(model_.views()); // of the view, in the mean loss
     for (const std::size_t i : group) {
         if (!seesTexels(i))
@@ -344,9 +344,9 @@ void Optimization::addSeenTexels(const std::vector<std::size_t>& group, const Fi
         for (std::size_t k = 0; k < curvature.values.size(); ++k)
             curvature.values[k] *= float(part * double(a.values[k]) * b.values[k] / (step * step));
         if (const CoarseTexture* grid = coarse(i))
-            seen_[i].add(emptyTexture(parameter, grid->coarse()), owners, first, curvature);
+            seen_[i].add(emptyTexture(parameter, grid->coarse()), owners, first, curvature, noise);
         else
-            seen_[i].add(parameter, owners, first, curvature);
+            seen_[i].add(parameter, owners, first, curvature, noise);
     }
 }
 

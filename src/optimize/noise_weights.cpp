@@ -35,7 +35,7 @@ Deviations sumAround(const Deviations* from, std::size_t i, std::size_t count, s
 
 } // namespace
 
-std::vector<float> noiseWeights(Loss loss, const std::array<Image, 2>& halves, const Target& target, double value) {
+ImageNoise noiseOf(Loss loss, const std::array<Image, 2>& halves, const Target& target) {
     const auto width = std::size_t(halves[0].width), height = std::size_t(halves[0].height);
     const std::size_t channels = std::size_t(halves[0].channels);
     std::vector<Deviations> own(width * height);
@@ -57,11 +57,7 @@ std::vector<float> noiseWeights(Loss loss, const std::array<Image, 2>& halves, c
         variance += pixel.sum * pixel.sum;
         count += pixel.count;
     }
-    const double scale = count > 0 ? variance / count + std::max(0.0, value) : 0;
-    if (!(scale > 0) || !std::isfinite(scale))
-        return {}; // an image without noise, or without anything to compare
-
-    std::vector<float> weights(own.size(), 1.f);
+    ImageNoise noise{std::vector<float>(own.size()), count > 0 ? variance / count : 0};
     std::vector<Deviations> across(own.size());
     parallelFor(height, kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
         for (std::size_t y = begin; y < end; ++y)
@@ -77,10 +73,20 @@ std::vector<float> noiseWeights(Loss loss, const std::array<Image, 2>& halves, c
                 if (neighbours == 0)
                     continue;
                 const double deviation = std::max(0.0, around.sum - own[p].sum) / neighbours;
-                weights[p] = float(scale / (scale + deviation * deviation));
+                noise.around[p] = float(deviation * deviation);
             }
     });
-    return weights;
+    return noise;
+}
+
+std::vector<float> noiseWeights(Loss loss, const std::array<Image, 2>& halves, const Target& target, double value) {
+    ImageNoise noise = noiseOf(loss, halves, target);
+    const double scale = noise.mean + std::max(0.0, value);
+    if (!(scale > 0) || !std::isfinite(scale))
+        return {}; // an image without noise, or without anything to compare
+    for (float& around : noise.around)
+        around = float(scale / (scale + double(around)));
+    return std::move(noise.around);
 }
 
 void weigh(Image& derivatives, std::span<const float> weights) {

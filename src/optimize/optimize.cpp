@@ -253,6 +253,20 @@ void Optimization::guessUnseen(std::size_t i) {
         moments.expected = moments.seen ? expectUnseen(scene_.parameters[parameters_[i]], *moments.seen, coarse(i)) : nullptr;
 }
 
+// The prior's weight follows from the errors of all pixels, on average. Where a texture is dim they are far smaller, and the prior would hide all that its pixels
+// tell: there it weighs as much less, unless the image is noisy.
+std::vector<float> Optimization::priorStrengths(std::size_t i) const {
+    constexpr float kFull = 0.1f;   // of the mean light
+    constexpr float kLeast = 0.01f; // the curvature that tells the light is noisy
+    const std::shared_ptr<const SeenTexels>& seen = state_.moments[i].seen;
+    if (!seen)
+        return {};
+    std::vector<float> strengths;
+    for (const float light : seen->light())
+        strengths.push_back(light < 0 ? 1.f : std::clamp(light / kFull, kLeast, 1.f));
+    return coarse(i) ? coarse(i)->nearest(strengths) : strengths;
+}
+
 void Optimization::sumUp(StepReport& report) {
     const ScopedTime time(report.secondsUpdate);
     report.rate = slotRate(config_.optimizer, scene_.parameters[parameters_[0]].kind) * rateFactor() * state_.moments[0].unit;
@@ -260,18 +274,19 @@ void Optimization::sumUp(StepReport& report) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         const Parameter& parameter = scene_.parameters[parameters_[i]];
         TotalVariationBound& known = known_.emplace_back(parameter);
-        const auto know = [&](double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
-            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], cost, expected);
+        const auto know = [&](double weight, const DifferenceCost& cost, const ExpectedDifferences& expected, std::span<const float> strengths) {
+            report.regularizer += addTotalVariation(parameter, weight, gradients_[i], cost, expected, strengths);
             if (method(i) == OptimizerKind::GaussNewton && parameter.entries() > parameter.channels)
-                known.add(parameter, weight, cost, expected);
+                known.add(parameter, weight, cost, expected, strengths);
         };
         if (config_.totalVariation != 0)
-            know(config_.totalVariation, kTotalVariation, {});
+            know(config_.totalVariation, kTotalVariation, {}, {});
         if (const double unit = priorUnit(parameter); config_.prior > 0 && information_[i] > 0 && unit > 0) {
             guessUnseen(i);
             static const ExpectedDifferences alike;
             const std::shared_ptr<const ExpectedDifferences>& expected = state_.moments[i].expected;
-            know(config_.prior / information_[i] * double(parameter.entries()) / unit, {kPriorCost.epsilon * unit, kPriorCost.unit * unit}, expected ? *expected : alike);
+            know(config_.prior / information_[i] * double(parameter.entries()) / unit, {kPriorCost.epsilon * unit, kPriorCost.unit * unit}, expected ? *expected : alike,
+                 priorStrengths(i));
         }
         const SquareSum sum = squareSum(gradients_[i]);
         report.gradientNorm.push_back(std::sqrt(sum.squares));

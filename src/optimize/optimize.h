@@ -163,8 +163,9 @@ class Optimization {
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
     bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet
-    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `weight`: the curvature of its loss by the image.
-    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight);
+    // Adds to seen_ what a view tells of the group. `a`, `b`: how its halves changed; `weight`: the curvature of its loss by the image; `noise`: ImageNoise::around.
+    void addSeenTexels(const std::vector<std::size_t>& group, const FirstVertices& first, const Image& a, const Image& b, const Image& weight,
+                       std::span<const float> noise);
     // By which a parameter moves where curvature is measured; refers to its values.
     CurvatureDirection curvatureDirection(std::size_t parameter) const;
     std::vector<float> movedValues(std::size_t parameter, std::size_t axis) const; // so moved
@@ -184,6 +185,7 @@ class Optimization {
     void scanShape(StepReport& report);
     void sumUp(StepReport& report);
     void guessUnseen(std::size_t parameter);
+    std::vector<float> priorStrengths(std::size_t parameter) const; // as in addTotalVariation()
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor);
     std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()

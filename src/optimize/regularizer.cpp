@@ -12,12 +12,26 @@ namespace {
 
 constexpr std::size_t kChunkRows = 16;
 
-// A range of pairs: the first of the two texels, the second, and what the expected differences have for the first (null: 0).
+// A range of pairs: the first of the two texels, the second, and what the expected differences have for the first (null: 0). And, by texel, the strengths of
+// both (null: 1).
 struct Pairs {
-    const float *from, *to, *expected;
+    const float *from, *to, *expected, *strengthFrom, *strengthTo;
 
-    Pairs operator+(std::size_t entries) const { return {from + entries, to + entries, expected ? expected + entries : nullptr}; }
+    // `first` and `second`: texels that the range begins with.
+    Pairs(const Parameter& texture, std::size_t first, std::size_t second, const std::vector<float>& differences, std::span<const float> strengths)
+        : from(texture.values.data() + first * texture.channels), to(texture.values.data() + second * texture.channels),
+          expected(differences.empty() ? nullptr : differences.data() + first * texture.channels),
+          strengthFrom(strengths.empty() ? nullptr : strengths.data() + first), strengthTo(strengths.empty() ? nullptr : strengths.data() + second) {}
+
+    void skip(std::size_t texels, std::size_t channels) {
+        from += texels * channels;
+        to += texels * channels;
+        expected += expected ? texels * channels : 0;
+        strengthFrom += strengthFrom ? texels : 0;
+        strengthTo += strengthTo ? texels : 0;
+    }
     double difference(std::size_t i) const { return double(to[i]) - double(from[i]) - (expected ? double(expected[i]) : 0.0); }
+    double strength(std::size_t texel) const { return strengthFrom ? double(std::min(strengthFrom[texel], strengthTo[texel])) : 1.0; }
 };
 
 // Of each of `count` pairs of texels the mean square over its channels of their differences.
@@ -39,29 +53,28 @@ double valueOf(const DifferenceCost& cost, double root) { return cost.unit == 0 
 double slopeOf(const DifferenceCost& cost, double root) { return cost.unit == 0 ? 1 : 0.75 * quarterRoot(cost.unit / root); } // by root
 
 // Adds up `channels` times what differences cost, and leaves its derivatives by the second texels in `derivative`.
-double addPairs(const Pairs& pairs, std::size_t count, std::size_t channels, const DifferenceCost& cost, double* derivative) {
+double addPairs(Pairs pairs, std::size_t count, std::size_t channels, const DifferenceCost& cost, double* derivative) {
     constexpr std::size_t kLane = 256; // texels apart from their sum, so that the loop with the roots can be vectorised
     const double least = valueOf(cost, cost.epsilon);
     double root[kLane], slope[kLane], sum = 0;
     for (std::size_t begin = 0; begin < count; begin += kLane) {
-        const std::size_t n = std::min(kLane, count - begin), first = begin * channels;
-        meanSquares(pairs + first, n, channels, root);
+        const std::size_t n = std::min(kLane, count - begin);
+        meanSquares(pairs, n, channels, root);
         for (std::size_t i = 0; i < n; ++i)
             root[i] = std::sqrt(root[i] + cost.epsilon * cost.epsilon);
         for (std::size_t i = 0; i < n; ++i)
-            slope[i] = slopeOf(cost, root[i]);
+            slope[i] = pairs.strength(i) * slopeOf(cost, root[i]);
         for (std::size_t c = 0; c < channels; ++c)
             for (std::size_t i = 0; i < n; ++i) {
-                const std::size_t k = first + i * channels + c;
-                derivative[k] = pairs.difference(k) / root[i] * slope[i];
+                const std::size_t k = i * channels + c;
+                derivative[begin * channels + k] = pairs.difference(k) / root[i] * slope[i];
             }
         for (std::size_t i = 0; i < n; ++i)
-            sum += valueOf(cost, root[i]) - least;
+            sum += pairs.strength(i) * (valueOf(cost, root[i]) - least);
+        pairs.skip(n, channels);
     }
     return double(channels) * sum;
 }
-
-const float* startOf(const std::vector<float>& expected) { return expected.empty() ? nullptr : expected.data(); }
 
 } // namespace
 
@@ -86,7 +99,8 @@ ExpectedDifferences expectedDifferences(const TextureGrid& grid, std::span<const
     return expected;
 }
 
-double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, const DifferenceCost& cost, const ExpectedDifferences& expected,
+                         std::span<const float> strengths) {
     const TextureGrid grid = gridOf(parameter);
     const std::size_t width = grid.width, height = grid.height, channels = grid.channels;
     const bool wrapU = grid.wrapU, wrapV = grid.wrapV; // by names of their own: not every compiler lets a lambda take those of a binding
@@ -96,9 +110,8 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
     // Every row gathers its own gradient, so that no two threads write to one entry. The value of a vertical pair is counted by the
     // upper row; its derivative is handed down, and formed again only where a range of rows begins.
     const double sum = orderedSum<double>(height, kChunkRows, [&](std::size_t begin, std::size_t end) {
-        const float *values = parameter.values.data(), *right = startOf(expected.right), *down = startOf(expected.below);
-        const auto rightOf = [&](std::size_t y) { return Pairs{values, values + channels, right} + y * row; };
-        const auto under = [&](std::size_t y) { return Pairs{values + y * row, values + (y + 1) % height * row, down ? down + y * row : nullptr}; };
+        const auto rightOf = [&](std::size_t y) { return Pairs(parameter, y * width, y * width + 1, expected.right, strengths); };
+        const auto under = [&](std::size_t y) { return Pairs(parameter, y * width, (y + 1) % height * width, expected.below, strengths); };
         std::vector<double> across(row), above(row), below(row);
         if (begin > 0 || wrapV)
             addPairs(under((begin + height - 1) % height), width, channels, cost, above.data());
@@ -107,8 +120,8 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
             double* out = gradient.data() + y * row;
             total += addPairs(rightOf(y), width - 1, channels, cost, across.data());
             if (wrapU) {
-                const std::size_t last = (y + 1) * row - channels;
-                total += addPairs({values + last, values + y * row, right ? right + last : nullptr}, 1, channels, cost, across.data() + row - channels);
+                const Pairs last(parameter, (y + 1) * width - 1, y * width, expected.right, strengths);
+                total += addPairs(last, 1, channels, cost, across.data() + row - channels);
             }
             for (std::size_t i = 0; i < row; ++i)
                 out[i] -= scale * across[i];
@@ -132,28 +145,29 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
 
 TotalVariationBound::TotalVariationBound(const Parameter& parameter) : grid_(gridOf(parameter)) {}
 
-void TotalVariationBound::add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
-    const std::size_t row = grid_.width * grid_.channels;
+void TotalVariationBound::add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected,
+                              std::span<const float> strengths) {
     right_.resize(grid_.width * grid_.height);
     below_.resize(grid_.width * grid_.height);
     const double scale = weight / double(parameter.entries());
-    const float *values = parameter.values.data(), *right = startOf(expected.right), *down = startOf(expected.below);
-    // Of the pairs of `count` texels from entry `from` and from entry `to` on.
-    const auto add = [&](std::size_t from, std::size_t to, const float* differences, std::size_t count, std::vector<double>& square, float* weights) {
-        meanSquares({values + from, values + to, differences ? differences + from : nullptr}, count, grid_.channels, square.data());
+    // Of the pairs of `count` texels from `first` and from `second` on.
+    const auto add = [&](std::size_t first, std::size_t second, const std::vector<float>& differences, std::size_t count, std::vector<double>& square, float* weights) {
+        const Pairs pairs(parameter, first, second, differences, strengths);
+        meanSquares(pairs, count, grid_.channels, square.data());
         for (std::size_t i = 0; i < count; ++i) {
             const double root = std::sqrt(square[i] + cost.epsilon * cost.epsilon);
-            weights[from / grid_.channels + i] += float(scale / root * slopeOf(cost, root));
+            weights[first + i] += float(scale * pairs.strength(i) / root * slopeOf(cost, root));
         }
     };
+    const std::size_t width = grid_.width;
     parallelFor(grid_.height, kChunkRows, [&](std::size_t begin, std::size_t end) {
         std::vector<double> square(grid_.width);
         for (std::size_t y = begin; y < end; ++y) {
-            add(y * row, y * row + grid_.channels, right, grid_.width - 1, square, right_.data());
+            add(y * width, y * width + 1, expected.right, width - 1, square, right_.data());
             if (grid_.wrapU)
-                add(y * row + row - grid_.channels, y * row, right, 1, square, right_.data());
+                add((y + 1) * width - 1, y * width, expected.right, 1, square, right_.data());
             if (y + 1 < grid_.height || grid_.wrapV)
-                add(y * row, (y + 1) % grid_.height * row, down, grid_.width, square, below_.data());
+                add(y * width, (y + 1) % grid_.height * width, expected.below, width, square, below_.data());
         }
     });
 }

@@ -32,9 +32,9 @@ TextureGrid gridOf(const Parameter& parameter);
 // Returns weight * TV and adds its gradient. TV is the sum over pairs of horizontal and vertical neighbours of n f(d), with n channels and d^2 the mean square
 // of how their differences differ from expected ones, divided by the number of entries. The channels share a root, so
 // that their edges fall together (Blomgren and Chan, Color TV, 1998). Neighbours across an edge count where the texture repeats; an
-// environment wraps around horizontally. 0 for constants.
+// environment wraps around horizontally. 0 for constants. `strengths`: by texel; a pair counts by the less of its two. Empty: all 1.
 double addTotalVariation(const Parameter& parameter, double weight, std::span<double> gradient, const DifferenceCost& cost = kTotalVariation,
-                         const ExpectedDifferences& expected = {});
+                         const ExpectedDifferences& expected = {}, std::span<const float> strengths = {});
 
 // The quadratic form that touches weighted total variations from above at the current values: f is concave in d^2 + epsilon^2, so that its tangent at the
 // difference now bounds it (half-quadratic minimisation: Geman and Yang 1995). Its matrix L has the weights of pairs off its diagonal, negative, and their
@@ -42,7 +42,8 @@ double addTotalVariation(const Parameter& parameter, double weight, std::span<do
 class TotalVariationBound {
   public:
     explicit TotalVariationBound(const Parameter& parameter);
-    void add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected = {}); // of the same shape
+    void add(const Parameter& parameter, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected = {},
+             std::span<const float> strengths = {}); // of the same shape
     bool empty() const { return right_.empty(); }                        // L = 0
     const TextureGrid& grid() const { return grid_; }
     // About P^T L P: a coarse pair has the weights of the fine ones between its two texels, times the squared share of its difference that is across each.

@@ -56,7 +56,7 @@ struct Sight {
 
 } // namespace
 
-void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature) {
+void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature, std::span<const float> noise) {
     texels_ = std::size_t(parameter.width) * parameter.height;
     channels_ = parameter.channels;
     const std::size_t pixels = curvature.pixels();
@@ -106,6 +106,7 @@ void SeenTexels::add(const Parameter& parameter, const std::vector<bool>& owners
             const double found = sum[c] / cover;
             curvature_.push_back(found > 0 && std::isfinite(float(found)) ? float(found) : 0.f);
         }
+        noise_.push_back(noise.empty() || !std::isfinite(noise[p]) ? 0.f : noise[p]);
         known_.push_back(all > 0 ? float(std::clamp(2 * common / all - 1, 0.0, 1.0)) : 0.f);
     }
 }
@@ -126,6 +127,7 @@ void SeenTexels::finish() {
             texelShares_.column[at] = std::uint32_t(row);
             texelShares_.share[at] = pixelShares_.share[k];
         }
+    findLight();
     const std::size_t entries = texels_ * channels_;
     told_.assign(entries, 0);
     const std::vector<float> ones(entries, 1.f);
@@ -138,6 +140,32 @@ void SeenTexels::finish() {
             for (std::size_t c = 0; c < channels_; ++c)
                 diagonal_[t * channels_ + c] +=
                     texelShares_.share[k] * texelShares_.share[k] * known_[texelShares_.column[k]] * curvature_[texelShares_.column[k] * channels_ + c];
+}
+
+void SeenTexels::findLight() {
+    std::vector<double> answers(pixelShares_.rows()), cover(pixelShares_.rows());
+    double answer = 0, noise = 0, weights = 0; // sums
+    for (std::size_t row = 0; row < pixelShares_.rows(); ++row) {
+        for (std::size_t c = 0; c < channels_; ++c)
+            answers[row] += curvature_[row * channels_ + c];
+        for (std::uint32_t k = pixelShares_.begin[row]; k < pixelShares_.begin[row + 1]; ++k)
+            cover[row] += pixelShares_.share[k];
+        answer += cover[row] * answers[row];
+        noise += cover[row] * noise_[row];
+        weights += cover[row];
+    }
+    const auto beside = [&](double value, double sum) { return sum > 0 ? value * weights / sum : 0; };
+    light_.assign(texels_, -1.f);
+    for (std::size_t t = 0; t < texels_; ++t) {
+        double own = 0, weight = 0;
+        for (std::uint32_t k = texelShares_.begin[t]; k < texelShares_.begin[t + 1]; ++k) {
+            const std::uint32_t row = texelShares_.column[k];
+            own += texelShares_.share[k] * std::max(beside(answers[row], answer), beside(noise_[row], noise));
+            weight += texelShares_.share[k];
+        }
+        if (weight > 0)
+            light_[t] = float(own / weight);
+    }
 }
 
 void SeenTexels::addMultiply(std::span<const float> x, float part, std::span<float> out) const { addMultiply(x, part, known_, out); }
@@ -176,6 +204,7 @@ void SeenTexels::save(ByteWriter& out) const {
     out.put(pixelShares_.share);
     out.put(curvature_);
     out.put(known_);
+    out.put(noise_);
 }
 
 void SeenTexels::restore(ByteReader& in, std::size_t entries) {
@@ -198,9 +227,9 @@ void SeenTexels::restore(ByteReader& in, std::size_t entries) {
             throw Malformed{"cameras see a texel beyond the texture"};
     }
     shares.share = in.reals<float>();
-    std::vector<float> curvature = in.reals<float>(), known = in.reals<float>();
-    if (shares.share.size() != shares.column.size() || curvature.size() != shares.rows() * channels || known.size() != shares.rows() || !figures(shares.share) ||
-        !figures(curvature) || !figures(known))
+    std::vector<float> curvature = in.reals<float>(), known = in.reals<float>(), noise = in.reals<float>();
+    if (shares.share.size() != shares.column.size() || curvature.size() != shares.rows() * channels || known.size() != shares.rows() ||
+        noise.size() != shares.rows() || !figures(shares.share) || !figures(curvature) || !figures(known) || !figures(noise))
         throw Malformed{"the curvature by texels that cameras see does not fit"};
     whole_ = whole;
     texels_ = std::size_t(texels);
@@ -208,6 +237,7 @@ void SeenTexels::restore(ByteReader& in, std::size_t entries) {
     pixelShares_ = std::move(shares);
     curvature_ = std::move(curvature);
     known_ = std::move(known);
+    noise_ = std::move(noise);
     finish();
 }
 

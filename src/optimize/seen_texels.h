@@ -22,8 +22,8 @@ class SeenTexels {
   public:
     // Adds what a view sees of a texture, up to kMostShares of all views: of the others the diagonal tells, and isWhole() no longer holds. Of `parameter` its
     // size counts, and how points find texels. `owners`: by material of the scene, whether the parameter is its own. `curvature`: by pixel and channel, that of the loss by all texels together. It is noisy, as k is, and what is seen of the
-    // texture is lit evenly: 3 x 3 pixels share theirs.
-    void add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature);
+    // texture is lit evenly: 3 x 3 pixels share theirs. `noise`: by pixel, of the image, in the unit of the loss; empty: none.
+    void add(const Parameter& parameter, const std::vector<bool>& owners, const FirstVertices& first, const Image& curvature, std::span<const float> noise = {});
     // After the last view.
     void finish();
 
@@ -33,6 +33,9 @@ class SeenTexels {
     // By entry: the sums of C's rows; its diagonal.
     std::span<const float> rows() const { return rows_; }
     std::span<const float> diagonal() const { return diagonal_; }
+    // By texel, of the pixels that see it: how bright they are lit, by how they answer to it, or how noisy they are, whichever is more beside the mean of all that
+    // see the texture; squares of light both. Negative where none does.
+    std::span<const float> light() const { return light_; }
     std::span<const float> told() const { return told_; } // the sums of rows if all k_p were 1: what views tell of an entry
     // out += part C x. entries() each.
     void addMultiply(std::span<const float> x, float part, std::span<float> out) const;
@@ -51,6 +54,7 @@ class SeenTexels {
         std::size_t size() const { return share.size(); }
     };
 
+    void findLight();
     // `known`: k by row; all 1 where empty.
     void addMultiply(std::span<const float> x, float part, std::span<const float> known, std::span<float> out) const;
 
@@ -59,7 +63,8 @@ class SeenTexels {
     Shares pixelShares_, texelShares_; // f, f^T
     std::vector<float> curvature_;     // c, by row of f and channel
     std::vector<float> known_;         // k, by row of f
-    std::vector<float> rows_, diagonal_, told_;
+    std::vector<float> noise_;         // of the image, by row of f
+    std::vector<float> rows_, diagonal_, told_, light_;
 };
 
 } // namespace cmpg

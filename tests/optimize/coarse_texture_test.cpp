@@ -62,7 +62,7 @@ TEST(CoarseTexture, MeansOfConstantsAreConstant) {
 
 TEST(CoarseTexture, NearestIsTheTexelAround) {
     const CoarseTexture texture({8, 5, 3}, 4);
-    EXPECT_EQ(texture.nearest({true, false, false, true}), (std::vector<bool>{1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, // the middle row: the first
+    EXPECT_EQ(texture.nearest(std::vector<bool>{true, false, false, true}), (std::vector<bool>{1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, // the middle row: the first
                                                                               0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1}));
 }
 

@@ -18,20 +18,21 @@ Parameter randomTexture(std::uint32_t width, std::uint32_t height) {
     return texture;
 }
 
-double totalVariation(Parameter texture, const std::vector<float>& values, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+double totalVariation(Parameter texture, const std::vector<float>& values, double weight, const DifferenceCost& cost, const ExpectedDifferences& expected,
+                      const std::vector<float>& strengths) {
     texture.values = values;
     std::vector<double> ignored(texture.entries());
-    return addTotalVariation(texture, weight, ignored, cost, expected);
+    return addTotalVariation(texture, weight, ignored, cost, expected, strengths);
 }
 
 // The bound has the gradient of the total variation where it touches it, and lies above it everywhere else.
-void expectTouching(const Parameter& texture, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+void expectTouching(const Parameter& texture, const DifferenceCost& cost, const ExpectedDifferences& expected, const std::vector<float>& strengths) {
     constexpr double kWeight = 0.7;
     TotalVariationBound bound(texture);
-    bound.add(texture, kWeight, cost, expected);
+    bound.add(texture, kWeight, cost, expected, strengths);
     const std::size_t count = texture.entries();
     std::vector<double> gradient(count);
-    const double here = addTotalVariation(texture, kWeight, gradient, cost, expected);
+    const double here = addTotalVariation(texture, kWeight, gradient, cost, expected, strengths);
 
     std::vector<float> none(count, 0.f), image(count), diagonal(count);
     bound.multiply(none, texture.values, image);
@@ -58,7 +59,7 @@ void expectTouching(const Parameter& texture, const DifferenceCost& cost, const 
         bound.multiply(none, change, image);
         for (std::size_t i = 0; i < count; ++i)
             quadratic += 0.5 * double(image[i]) * change[i];
-        EXPECT_LE(totalVariation(texture, moved, kWeight, cost, expected), here + linear + quadratic + 1e-6);
+        EXPECT_LE(totalVariation(texture, moved, kWeight, cost, expected, strengths), here + linear + quadratic + 1e-6);
     }
 }
 
@@ -73,7 +74,8 @@ TEST(TotalVariationBound, TouchesFromAbove) {
             const std::vector<bool> seen(std::size_t(width) * height);
             for (const DifferenceCost& cost : {DifferenceCost{0.05}, DifferenceCost{0.05, 0.1}})
                 for (const ExpectedDifferences& expected : {ExpectedDifferences(), expectedDifferences(gridOf(texture), guess, seen)})
-                    expectTouching(texture, cost, expected);
+                    for (const std::vector<float>& strengths : {std::vector<float>(), std::vector<float>(guess.begin(), guess.begin() + width * height)})
+                        expectTouching(texture, cost, expected, strengths);
         }
 }
 

@@ -18,7 +18,8 @@ Parameter randomTexture(std::uint32_t width, std::uint32_t height, SlotKind kind
 }
 
 // Sum over all ordered neighbour pairs, written as the definition reads.
-double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV, const DifferenceCost& cost, const ExpectedDifferences& expected) {
+double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV, const DifferenceCost& cost, const ExpectedDifferences& expected,
+              const std::vector<float>& strengths) {
     double sum = 0;
     const auto valueOf = [&](double root) { return cost.unit == 0 ? root : std::pow(cost.unit, 0.25) * std::pow(root, 0.75); };
     const auto addPair = [&](std::uint32_t x, std::uint32_t y, std::uint32_t u, std::uint32_t v, const std::vector<float>& differences) {
@@ -32,7 +33,8 @@ double direct(const Parameter& parameter, double weight, bool wrapU, bool wrapV,
             squares += difference * difference;
         }
         const double mean = squares / parameter.channels;
-        sum += parameter.channels * (valueOf(std::sqrt(mean + cost.epsilon * cost.epsilon)) - valueOf(cost.epsilon));
+        const auto strength = [&](std::uint32_t column, std::uint32_t line) { return strengths.empty() ? 1.f : strengths[std::size_t(line) * parameter.width + column]; };
+        sum += double(std::min(strength(x, y), strength(u, v))) * parameter.channels * (valueOf(std::sqrt(mean + cost.epsilon * cost.epsilon)) - valueOf(cost.epsilon));
     };
     for (std::uint32_t y = 0; y < parameter.height; ++y)
         for (std::uint32_t x = 0; x < parameter.width; ++x) {
@@ -57,6 +59,13 @@ ExpectedDifferences someExpected(const Parameter& parameter) {
     return expectedDifferences(gridOf(parameter), guess, seen);
 }
 
+std::vector<float> someStrengths(const Parameter& parameter) {
+    std::vector<float> strengths;
+    for (std::size_t t = 0; t < parameter.entries() / parameter.channels; ++t)
+        strengths.push_back(0.6f + 0.4f * std::cos(float(t)));
+    return strengths;
+}
+
 struct Case {
     Wrap u, v;
     SlotKind kind;
@@ -77,8 +86,10 @@ TEST(TotalVariation, ValueIsTheSumOverPairs) {
             std::vector<double> gradient(parameter.entries());
             for (const DifferenceCost& cost : kCosts)
                 for (const ExpectedDifferences& expected : {ExpectedDifferences(), someExpected(parameter)})
-                    EXPECT_NEAR(addTotalVariation(parameter, 0.7, gradient, cost, expected), direct(parameter, 0.7, c.wrapU, c.wrapV, cost, expected), 1e-12)
-                        << width << " x " << height;
+                    for (const std::vector<float>& strengths : {std::vector<float>(), someStrengths(parameter)})
+                        EXPECT_NEAR(addTotalVariation(parameter, 0.7, gradient, cost, expected, strengths),
+                                    direct(parameter, 0.7, c.wrapU, c.wrapV, cost, expected, strengths), 1e-12)
+                            << width << " x " << height;
         }
 }
 
@@ -110,14 +121,15 @@ TEST(TotalVariation, GradientAgreesWithCentralDifferences) {
             parameter.values[i] = parameter.values[3 + i] + 0.0005f; // one pair inside the smoothed part
         for (const DifferenceCost& cost : kCosts)
             for (const ExpectedDifferences& expected : {ExpectedDifferences(), someExpected(parameter)}) {
+                const std::vector<float> strengths = expected.empty() ? std::vector<float>() : someStrengths(parameter);
                 std::vector<double> gradient(parameter.entries(), 2.0), unused(parameter.entries());
-                addTotalVariation(parameter, 0.7, gradient, cost, expected);
+                addTotalVariation(parameter, 0.7, gradient, cost, expected, strengths);
                 for (std::size_t i = 0; i < parameter.entries(); ++i) {
                     const float value = parameter.values[i];
                     parameter.values[i] = value + 2e-5f;
-                    const double up = parameter.values[i], above = addTotalVariation(parameter, 0.7, unused, cost, expected);
+                    const double up = parameter.values[i], above = addTotalVariation(parameter, 0.7, unused, cost, expected, strengths);
                     parameter.values[i] = value - 2e-5f;
-                    const double down = parameter.values[i], below = addTotalVariation(parameter, 0.7, unused, cost, expected);
+                    const double down = parameter.values[i], below = addTotalVariation(parameter, 0.7, unused, cost, expected, strengths);
                     parameter.values[i] = value;
                     // Truncation h^2 f'''/6: f''' <= 0.86/eps^2 = 9e5 per pair, three pairs, times 0.7/444: 3e-7; rounding 1e-15 / h. The prior's slopes are 2.4 times
                     // as steep at 0, (unit / eps)^(1/4) 3/4.

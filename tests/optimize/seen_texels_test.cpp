@@ -87,7 +87,7 @@ TEST(SeenTexels, IsTheMatrixOfWhatPixelsSee) {
         Image curvature(kWidth, kHeight, 3);
         std::fill(curvature.values.begin(), curvature.values.end(), 2.f);
         SeenTexels seen;
-        seen.add(t, kOwners, first, curvature);
+        seen.add(t, kOwners, first, curvature, std::vector<float>(kWidth * kHeight, 0.3f));
         seen.finish();
         ASSERT_TRUE(seen.fits(gridOf(t)) && !seen.empty());
         const std::vector<double> matrix = dense(t, first, 2, Parts::Known), all = dense(t, first, 2, Parts::All);
@@ -108,6 +108,39 @@ TEST(SeenTexels, IsTheMatrixOfWhatPixelsSee) {
             EXPECT_NEAR(seen.diagonal()[j], matrix[j * n + j], 1e-5);
         }
     }
+}
+
+// The left half of a picture sees a bright texel, the right half one that is lit a tenth as much; a third is not in it.
+TEST(SeenTexels, LightIsThatOfTheirPixelsOrTheirNoise) {
+    constexpr int kColumns = 200;
+    Parameter t = makeParameter("m.baseColor", SlotKind::BaseColor, 3, 1, 3, 0.5f);
+    t.nearest = true;
+    FirstVertices first;
+    first.begin = {0};
+    Image curvature(kColumns, 1, 3);
+    std::vector<float> noise;
+    for (int x = 0; x < kColumns; ++x) {
+        const bool bright = x < kColumns / 2;
+        for (int k = 0; k < 2; ++k)
+            first.vertices.push_back({0, {bright ? 0.1f : 0.5f, 0.5f}, {}});
+        first.begin.push_back(first.vertices.size());
+        for (std::size_t c = 0; c < 3; ++c)
+            curvature.values[3 * std::size_t(x) + c] = bright ? 1.f : 0.01f;
+        noise.push_back(bright ? 3.f : 1.f);
+    }
+    const auto light = [&](std::span<const float> ofNoise) {
+        SeenTexels seen;
+        seen.add(t, {true}, first, curvature, ofNoise);
+        seen.finish();
+        return std::vector<float>(seen.light().begin(), seen.light().end());
+    };
+    const std::vector<float> still = light({}), noisy = light(noise);
+    EXPECT_NEAR(still[0], 1 / 0.505, 0.03);
+    EXPECT_NEAR(still[1], 0.01 / 0.505, 0.03) << "pixels share their curvature at the border";
+    EXPECT_EQ(still[2], -1);
+    EXPECT_NEAR(noisy[0], 1 / 0.505, 0.03);
+    EXPECT_NEAR(noisy[1], 0.5, 0.03) << "dim, but with half of the mean noise";
+    EXPECT_EQ(noisy[2], -1);
 }
 
 // One view fills what is kept of all: then not all that cameras see is known, and nothing is guessed from it.
