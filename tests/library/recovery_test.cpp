@@ -98,6 +98,52 @@ TEST(LibraryRecovery, HoldsFineTexturesLess) {
     EXPECT_LT(square / double(found.size()), 0.014);
 }
 
+// Sixteen texels along the edge of a pixel step on a grid of fewer: what differs from texel to texel at the start stays, and steps are interpolated.
+TEST(LibraryRecovery, StepsTexturesFarFinerThanPixelsOnACoarserGrid) {
+    constexpr int kSize = 256;
+    const Folder folder;
+    Scene scene = Scene::load(kBox);
+    scene.resize(kPainting, kSize, kSize);
+    const Target target{"", Renderer(device(), scene).render({.width = 48, .height = 48, .spp = 64})};
+    std::vector<float> start;
+    for (int i = 0; i < kSize * kSize * 3; ++i)
+        start.push_back((i / 3 % kSize + i / 3 / kSize) % 2 == 0 ? 0.45f : 0.55f);
+    scene.set(kPainting, start);
+    RecoveryOptions options;
+    options.parameters = {kPainting};
+    const Renderer renderer(device(), scene, {.parameters = {kPainting}, .recoveries = true});
+    Recovery recovery(renderer, {target}, options);
+    while (recovery.steps() < 3)
+        recovery.step();
+    recovery.save(folder / "kept");
+    while (recovery.steps() < 5)
+        recovery.step();
+    const std::vector<float> found = recovery.values(kPainting);
+    double moved = 0, straight = 0, count = 0;
+    for (std::size_t i = 3; i + 3 < found.size(); ++i) {
+        const auto change = [&](std::size_t k) { return double(found[k]) - start[k]; };
+        moved = std::max(moved, std::abs(change(i)));
+        const bool free = std::min({found[i - 3], found[i], found[i + 3]}) > 0 && std::max({found[i - 3], found[i], found[i + 3]}) < 1;
+        if (const std::size_t x = i / 3 % kSize; x > 0 && x + 1 < kSize && free) {
+            straight += std::abs(change(i - 3) - 2 * change(i) + change(i + 3)) < 1e-5;
+            ++count;
+        }
+    }
+    EXPECT_GT(moved, 0.3);
+    EXPECT_GT(straight / count, 0.3) << "of the texels between every fourth half, but where one stopped at a bound";
+    EXPECT_LT(straight / count, 0.95);
+    ASSERT_TRUE(recovery.resume(folder / "kept"));
+    while (recovery.steps() < 5)
+        recovery.step();
+    EXPECT_EQ(recovery.values(kPainting), found);
+
+    // Without a prior nothing is known of the grid that the texture stepped on.
+    options.prior = 0;
+    Recovery other(renderer, {target}, options, recovery.progress());
+    other.step();
+    EXPECT_NE(other.values(kPainting), found);
+}
+
 TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
     RecoveryOptions options = paintingOptions();
     options.viewsPerStep = 0;
