@@ -264,6 +264,8 @@ std::vector<float> Optimization::priorStrengths(std::size_t i) const {
     std::vector<float> strengths;
     for (const float light : seen->light())
         strengths.push_back(light < 0 ? 1.f : std::clamp(light / kFull, kLeast, 1.f));
+    if (std::all_of(strengths.begin(), strengths.end(), [](float strength) { return strength == 1; }))
+        return {};
     return coarse(i) ? coarse(i)->nearest(strengths) : strengths;
 }
 
