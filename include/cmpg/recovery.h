@@ -66,7 +66,8 @@ struct RecoveryOptions {
     Schedule schedule = Schedule::Constant;
     float finalRate = 0.1f;         // what the schedule has multiplied rates by at the last step
     // Of textures: differences of neighbouring texels are as likely as exp(-prior n (d^3 / 4)^(1/4)), with d over n channels; `prior` is smaller for
-    // textures of which a pixel sees more than three texels along its edge. 0: none.
+    // textures of which a pixel sees more than three texels along its edge, and where they are in the shade. With one, textures of which all pixels cover four texels
+    // or more along their shorter side step on a coarser grid by Gauss-Newton. 0: none.
     float prior = 8;
     float totalVariation = 0;       // weight of the total variation of textures
     // Of several targets, at most. 0: all; where Gauss-Newton recovers textures and no constants, of four and more at first one, and of fewer one by maps of

@@ -48,7 +48,7 @@ class Recovery(Iterator[RecoveryStep]):
         schedule: of the rate: "constant", "cosine" or "exponential".
         final_rate: what the schedule has multiplied the rate by at the last step.
         prior: what is known of textures: differences of neighbouring texels, root mean square d over the n channels, are as likely
-            as exp(-prior n (d^3 / 4)^(1/4)); 0: nothing.
+            as exp(-prior n (d^3 / 4)^(1/4)), or less where the texture is fine or in the shade; 0: nothing.
         total_variation: weight of the total variation of textures.
         views_per_step: of several targets, at most; 0: all; where Gauss-Newton recovers textures and no constants, of four and more at first one, and
             of fewer one by maps of roughness and other shapes of lobes alone.

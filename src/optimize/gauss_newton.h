@@ -41,8 +41,8 @@ struct NoisyGradient {
 };
 
 // One update of parameter.values, projected to its range: x += v, v = momentum v - u, with |v| at most `rate` times kNewtonReach, and 0.04 of a lobe's shape or a normal.
-// u is the sum of steps on ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 P^T r, with r what the
-// coarser ones leave of the gradient, g - (D + L) u. Where g is of some of the views, D bounds whichever views these may be: so an entry that one view alone
+// u is the sum of steps on ever finer grids, from one texel for all to the texture itself (CoarseTexture): each is s P (D + L)^-1 r, with r what the
+// coarser ones leave of the gradient, P^T g - (D + L) u, where D, L and u are the grid's own. Where g is of some of the views, D bounds whichever views these may be: so an entry that one view alone
 // sees goes no farther when its turn comes than it would with all, and v has no momentum. Nor has it where a quarter of the gradient by a lobe's
 // shape is noise. s is the share of the signal in the squared length of P^T g, measured by the diagonal of (D + L)^-1, on average over steps: of a gradient that is
 // all noise next to nothing is followed, and steps of a noisy one average like 1/t. Noise cancels where a coarse texel adds up many, so what they have in
