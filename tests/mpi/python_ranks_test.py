@@ -78,6 +78,11 @@ def main():
                 print(f"not tried, since the other MPI is not installed: processes of its mpirun ({other})")
 
 
+def say(text):
+    """A line of a rank, in one write: the launcher mixes what its ranks write at the same time."""
+    os.write(1, f"{text}\n".encode())
+
+
 def same(cmpg, communicator, folder, ranks):
     import numpy as np
 
@@ -88,7 +93,7 @@ def same(cmpg, communicator, folder, ranks):
         everywhere = {digest} if communicator is None else set(communicator.allgather(digest))
         assert len(everywhere) == 1, f"{name} differs between the ranks"
         if communicator is None or communicator.rank == 0:
-            print(name, digest)
+            say(f"{name} {digest}")
 
     scene = cmpg.Scene(box)
     target = cmpg.Renderer(scene, device=device, max_depth=4).render(width=48, height=40, spp=4, seed=7)
@@ -129,15 +134,15 @@ def failed(cmpg, communicator, folder, ranks):
         threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
         renderer.render(width=512, spp=64)
-        print(f"rank {rank}: done", flush=True)
+        say(f"rank {rank}: done")
     except KeyboardInterrupt:
-        print(f"rank {rank}: interrupted", flush=True)
+        say(f"rank {rank}: interrupted")
     except cmpg.DeviceError as error:
-        print(f"rank {rank}: {error}", flush=True)
+        say(f"rank {rank}: {error}")
     try:
         renderer.render(width=32, spp=1)
     except cmpg.DeviceError as error:
-        print(f"rank {rank}: {error}", flush=True)
+        say(f"rank {rank}: {error}")
     # While it waits for the agreement on a pass, which the other rank has not asked for yet.
     renderer = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator))
     renderer.render(width=32, spp=1)
@@ -148,19 +153,19 @@ def failed(cmpg, communicator, folder, ranks):
     for attempt in ("first", "second"):  # of which rank 0 would otherwise take the second's for the first's
         try:
             renderer.render(width=32 if attempt == "first" else 48, spp=1)
-            print(f"rank {rank}: {attempt} done", flush=True)
+            say(f"rank {rank}: {attempt} done")
         except KeyboardInterrupt:
-            print(f"rank {rank}: {attempt} interrupted", flush=True)
+            say(f"rank {rank}: {attempt} interrupted")
         except cmpg.Error as error:
-            print(f"rank {rank}: {attempt} {error}", flush=True)
+            say(f"rank {rank}: {attempt} {error}")
     # Memory is short on one rank alone, which the agreement does not see.
     renderer = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator), max_depth=64, memory=16 + 48 * rank)
     try:
         renderer.render(width=32, spp=1)
     except cmpg.Error as error:
-        print(f"rank {rank}: {type(error).__name__} {error}", flush=True)
+        say(f"rank {rank}: {type(error).__name__} {error}")
     anew = cmpg.Renderer(cmpg.Scene(box), device=cmpg.Device(communicator=communicator)).render(width=32, spp=1)
-    print(f"rank {rank}: anew {bool((anew == before).all())}", flush=True)
+    say(f"rank {rank}: anew {bool((anew == before).all())}")
 
 
 def refused(cmpg, communicator, folder, ranks):
@@ -201,7 +206,7 @@ def refused(cmpg, communicator, folder, ranks):
     assert (renderer.render(width=16, spp=1) != image).any()  # and goes on
     alone = cmpg.Device(communicator=MPI.COMM_SELF)
     assert (cmpg.Renderer(cmpg.Scene(box), device=alone).render(width=16, spp=1, seed=rank) >= 0).all()
-    print("all refused", rank, flush=True)
+    say(f"all refused {rank}")
 
 
 if os.path.isdir(launcher):
