@@ -17,7 +17,7 @@ TEST(ProgramGuide, TellsWhatItsMemoryCost) {
     writeExr(folder / "adjoint.exr", Image(96, 96, 3, 1.0f));
     const auto learn = [&](const std::string& mebibytes) {
         const auto result = runProgram({"gradient", kBox, "--param", "painting.baseColor", "--adjoint", folder / "adjoint.exr", "--spp-gradient",
-                                        "32", "--train", "2", "--train-spp", "32", "--guide-memory", mebibytes, "-o", folder / "a.exr", "--json"});
+                                        "4", "--train", "2", "--train-spp", "32", "--guide-memory", mebibytes, "-o", folder / "a.exr", "--json"});
         EXPECT_EQ(result.code, 0) << result.err;
         std::size_t warnings = 0;
         for (std::size_t at = 0; (at = result.err.find("--guide-memory", at)) != std::string::npos; ++at)

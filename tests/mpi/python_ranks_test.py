@@ -133,7 +133,7 @@ def failed(cmpg, communicator, folder, ranks):
     if rank == 1:
         threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
-        renderer.render(width=512, spp=64)
+        renderer.render(width=512, spp=16)
         say(f"rank {rank}: done")
     except KeyboardInterrupt:
         say(f"rank {rank}: interrupted")

@@ -23,12 +23,16 @@ def test_recover_painting(tmp_path):
     assert cmpg.load_image(tmp_path / "out/gradient.exr").any()
 
 
-def test_notebook(tmp_path):
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.full)], ids=["smaller", "whole"])
+def test_notebook(tmp_path, whole):
     """Its cells in a fresh interpreter, one after the other; the values of last lines show themselves, as in a notebook."""
     pytest.importorskip("matplotlib")
     notebook = json.loads((ROOT / "python/examples/recover_painting.ipynb").read_text())
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in notebook["cells"] if cell["cell_type"] == "code")
+    for long, short in [] if whole else [("width=160", "width=96"), ("steps=40", "steps=16")]:
+        assert any(long in cell for cell in cells)
+        cells = [cell.replace(long, short) for cell in cells]
     (tmp_path / "scenes").symlink_to(ROOT / "scenes")
     runner = tmp_path / "run.py"
     runner.write_text(f"""

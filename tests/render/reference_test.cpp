@@ -215,6 +215,7 @@ const std::set<std::string> kRepeated = {
     "environment_environment.radiance_self", "materials_environment.radiance_one", // environment_environment.radiance_reverse
     "environment_painting.baseColor_one", "environment_painting.baseColor_reverse", // box_painting.baseColor_reverse; the light is in environment_image
     "environment_ball.specular_self",                                               // materials_plastic.specular_self
+    "glass_pane.baseColor_one",                                                     // glass_ball.baseColor_one; what a thin wall lets through is in the image
     "glass_painting.baseColor_one", "glass_white.baseColor_one",                    // glass_painting.baseColor_reverse: matt, seen through glass
     "materials_half.metallic_one", "materials_half.metallic_reverse",               // materials_varied.metallic_one
     "materials_lamp.emission_one", "materials_wavy.normal_reverse",                 // the other mode
