@@ -24,8 +24,8 @@ std::string lossText(const v1::RecoveryStep& step) {
 } // namespace
 
 std::uint32_t pictureSamples(const Options& options, std::span<const SeenView> views, double pathSeconds) {
-    constexpr std::uint32_t kFactor = 4, kLeast = 64, kFew = 4, kLeastOfMany = 8, kLeastInTime = 16;
-    constexpr double kShareOfTime = 0.1;
+    constexpr std::uint32_t kFactor = 4, kLeast = 64, kFew = 4, kLeastOfMany = 8, kLeastInTime = 16, kLeastOfLarge = 2;
+    constexpr double kShareOfTime = 0.1, kSmall = 128 * 128; // pixels
     if (options.sppPictures)
         return *options.sppPictures;
     std::uint32_t samples = std::max(kLeast, options.effectiveSpp() * kFactor);
@@ -33,11 +33,15 @@ std::uint32_t pictureSamples(const Options& options, std::span<const SeenView> v
         samples = std::max(kLeastOfMany, std::uint32_t(std::uint64_t(samples) * kFew / views.size()));
     if (!options.timeBudget || !(pathSeconds > 0))
         return samples;
-    double pixels = 0; // of both pictures of all views
-    for (const SeenView& view : views)
-        pixels += 2.0 * view.width * view.height;
+    double pixels = 0, largest = 0; // of both pictures of all views; of a view
+    for (const SeenView& view : views) {
+        const double own = double(view.width) * view.height;
+        pixels += 2 * own;
+        largest = std::max(largest, own);
+    }
     const double fits = kShareOfTime * double(*options.timeBudget) / (pixels * pathSeconds);
-    return std::uint32_t(std::clamp(fits, double(std::min(kLeastInTime, samples)), double(samples)));
+    const double least = std::clamp(kLeastInTime * kSmall / largest, double(kLeastOfLarge), double(kLeastInTime));
+    return std::uint32_t(std::clamp(fits, std::min(least, double(samples)), double(samples)));
 }
 
 std::vector<ContactSheet::ViewRow> writePictures(v1::Recovery& run, std::uint32_t spp, const std::vector<std::string>& titles, RunFolder& folder) {

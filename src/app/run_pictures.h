@@ -11,7 +11,8 @@
 namespace cmpg {
 
 // Samples per pixel of the pictures. Pictures to keep deserve more than those a step throws away; those of many views share the samples of a few.
-// After a time budget as many as should fit into a tenth of it, if that is fewer, but 16 at least. `pathSeconds`: what a path takes; 0: not known.
+// After a time budget as many as should fit into a tenth of it, if that is fewer, but 16 at least; of images of more than 128 x 128 pixels
+// as much fewer as they are larger, down to 2, since those of large ones would take longer than the steps. `pathSeconds`: what a path takes; 0: not known.
 std::uint32_t pictureSamples(const Options& options, std::span<const SeenView> views, double pathSeconds);
 
 // The targets, and pictures at the values where the run began and at the last ones, both by what has been learned: so they differ by what the parameters

@@ -179,7 +179,7 @@ template <class O, class V> void visitGroup(OptionGroup group, O& o, V&& v) {
     case OptionGroup::RunFolder:
         v({"spp-pictures", "N", "4 x --spp, at least 64; of more than four views those of four shared, at least 8",
            "Samples per pixel of the images that are made after the last step, whose time is in no --time-budget; after a short one as many as should fit into "
-           "a tenth of it, at least 16 (of many views 8)",
+           "a tenth of it, at least 16 (of many views 8; of images larger than 128 x 128 as much fewer, 2 at least)",
            Run},
           o.sppPictures);
         v({"checkpoint-every", "N|T", "10m", "Keep all that a later run needs to continue, after so many steps, or so much time (s, m or h); 0: never", Run},

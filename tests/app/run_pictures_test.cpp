@@ -30,6 +30,11 @@ TEST(RunPictures, TakeATenthOfATimeBudget) {
     EXPECT_EQ(pictureSamples(options, viewsOf(1), 1e-3), 16u); // at least
     EXPECT_EQ(pictureSamples(options, viewsOf(1), 0), 64u);    // not known
     EXPECT_EQ(pictureSamples(options, viewsOf(32), 1e-3), 8u);
+    const std::vector<SeenView> large(8, SeenView{"", 512, 256}), larger(8, SeenView{"", 512, 512});
+    EXPECT_EQ(pictureSamples(options, large, 1e-3), 2u);
+    EXPECT_EQ(pictureSamples(options, larger, 1e-3), 2u);
+    EXPECT_EQ(pictureSamples(options, {large.data(), 1}, 1e-5), 2u);
+    EXPECT_EQ(pictureSamples(options, {large.data(), 1}, 1e-6), 7u);
     options.sppPictures = 300;
     EXPECT_EQ(pictureSamples(options, viewsOf(1), 1e-3), 300u);
 }
