@@ -55,7 +55,8 @@ struct RecoveryOptions {
     std::uint32_t spp = 16;                   // samples per pixel of the image of the first step
     std::uint32_t sppGradient = 4;            // of the derivative pass of a step
     // At most, that bring the image of the step before up to date: all where what is left of a squared loss is the image's noise, half where it is not
-    // and steps are long, 2 where neither. 0: every step renders its own of `spp`; else 2 at least.
+    // and steps are long, 2 where neither. 0: every step renders its own of `spp`; else 2 at least. Of all three numbers a pixel takes fewer, down to a
+    // quarter, where Gauss-Newton recovers textures of colour or light alone, with a prior and without `errorTarget`, whose texels cover more than four pixels.
     std::uint32_t sppDifference = 12;
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;

@@ -41,7 +41,8 @@ class Recovery(Iterator[RecoveryStep]):
         spp: samples per pixel of the image of the first step.
         spp_gradient: of the derivative pass of a step.
         spp_difference: at most, that bring the image of the step before up to date: all where what is left of a squared loss is the image's noise, half
-            where it is not and steps are long, 2 where neither; 0: every step renders its own of `spp`.
+            where it is not and steps are long, 2 where neither; 0: every step renders its own of `spp`. Of all three numbers a pixel takes fewer, down to
+            a quarter, where textures of colour or light are recovered whose texels cover more than four pixels.
         loss: "mse", "l1", "smape" or "relative-mse".
         optimizer: "auto", "gauss-newton", "adam" or "sgd".
         rate: a number for all slots, or a number by the name of the slot, such as {"roughness": 0.01}.

@@ -295,8 +295,8 @@ void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups
         FirstVertices first;
         // Of several groups, whose texels answer for each other, C of each alone made steps end farther.
         const bool asks = groups == 1 && std::any_of(group.begin(), group.end(), [&](std::size_t i) { return seesTexels(i); }) &&
-                          adjoint.pixels() * config_.sppGradient <= kMostFirstVertices;
-        report.samples += model_.reverseApart(view, config_.sppGradient, {key.seed, key.step, kGradientPass}, adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
+                          adjoint.pixels() * perPixel(config_.sppGradient) <= kMostFirstVertices;
+        report.samples += model_.reverseApart(view, perPixel(config_.sppGradient), {key.seed, key.step, kGradientPass}, adjoint, own.empty() ? curvature_ : own, asks ? &first : nullptr);
         if (!first.vertices.empty())
             addSeenTexels(group, first, a, b, weight, noiseOf(config_.loss, {halves.half[0].image, halves.half[1].image}, *target).around);
         for (std::size_t i = 0; i < own.size(); ++i) {

@@ -200,8 +200,8 @@ void Optimization::addView(std::size_t view, std::size_t place, std::size_t coun
 
     const ScopedTime time(report.secondsGradient);
     const PassKey key{config_.seed, step, kGradientPass};
-    report.samples += newton() ? model_.reverseHalves(view, config_.sppGradient, key, loss.adjoint, gradients_, noise_)
-                               : model_.reverse(view, config_.sppGradient, key, loss.adjoint, gradients_);
+    report.samples += newton() ? model_.reverseHalves(view, perPixel(config_.sppGradient), key, loss.adjoint, gradients_, noise_)
+                               : model_.reverse(view, perPixel(config_.sppGradient), key, loss.adjoint, gradients_);
     report.concentration = std::max(report.concentration, model_.concentration());
     if (!carriesImages())
         return;

@@ -44,6 +44,7 @@ struct OptimizeConfig {
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
     // views or more, one at first and more later (ViewOrder), and from fewer one where all textures are of shapes of lobes.
     std::uint32_t viewsPerStep = 0;
+    double sampleShare = 1; // of the samples above, with which a pixel has two at least (texel_footprint.h)
     // Of the images that steps carry on, and the values that they are of. Images of views beyond it begin anew in every step that sees these.
     std::size_t imageBytes = std::size_t(1) << 30;
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns
@@ -200,6 +201,7 @@ class Optimization {
     bool seesAll() const { return viewOrder().seesAll(state_.step); }
     RunningImage image(std::size_t view, const Target& target, std::uint32_t step);
     std::uint32_t imageSamples(std::size_t view, const Target& target) const;
+    std::uint32_t perPixel(std::uint32_t samples) const; // of a configured number
     double changeSquared(std::size_t view) const;
     std::vector<std::uint32_t> countsOf(std::size_t view, std::uint32_t spp) const;
     OptimizerKind method(std::size_t parameter) const { return methods_[parameter]; }

@@ -3,6 +3,8 @@
 
 #include "optimize/texel_footprint.h"
 
+#include <algorithm>
+
 namespace cmpg {
 
 RecoveryRun::RecoveryRun(Renderer& renderer, GuidedPasses& passes, Scene& scene, std::vector<std::uint32_t> parameters, Steps steps)
@@ -17,6 +19,12 @@ RecoveryRun::RecoveryRun(Renderer& renderer, GuidedPasses& passes, Scene& scene,
             pictures.emplace_back(*view.camera, view.width, view.height);
         for (const std::uint32_t parameter : parameters)
             steps.config.footprints.push_back(texelFootprint(scene, parameter, pictures));
+        const bool linear = std::all_of(parameters.begin(), parameters.end(), [&](std::uint32_t parameter) {
+            const SlotKind kind = scene.parameters.at(parameter).kind;
+            return methodOf(steps.config, kind) == OptimizerKind::GaussNewton && !isFarFromLinear(kind);
+        });
+        if (linear && !steps.wrap) // which may count samples until an error is reached
+            steps.config.sampleShare = sampleShare(steps.config.footprints);
     }
     optimization_.emplace(model(), scene, std::move(steps.config), std::move(parameters), std::move(steps.start));
 }

@@ -13,21 +13,26 @@ namespace cmpg {
 namespace {
 
 constexpr float kMostSamples = 1 << 20; // of a pixel, in a step
+constexpr std::uint32_t kFewest = 2;    // samples of a pixel: of both halves
 constexpr double kMostDifferent = 10;   // variances of two methods of images: a few bright paths make one look bad
 
 } // namespace
 
+std::uint32_t Optimization::perPixel(std::uint32_t samples) const {
+    return std::max(std::min(samples, kFewest), std::uint32_t(std::lround(samples * config_.sampleShare)));
+}
+
 RunningImage Optimization::image(std::size_t view, const Target& target, std::uint32_t step) {
     if (!carriesImages()) {
         RunningImage image;
-        image.begin(model_.renderHalves(view, config_.spp, {config_.seed, step, kPrimalPass}, false, {}));
+        image.begin(model_.renderHalves(view, perPixel(config_.spp), {config_.seed, step, kPrimalPass}, false, {}));
         return image;
     }
     PassKey key{config_.seed, std::uint32_t(view), kPrimalPass};
     RunningImage image = view < state_.images.size() ? state_.images[view] : RunningImage();
     const bool first = image.empty();
     key.firstSample = image.used;
-    const std::uint32_t spp = first ? config_.spp : imageSamples(view, target);
+    const std::uint32_t spp = first ? perPixel(config_.spp) : imageSamples(view, target);
     const Sampling method = model_.imageMethod();
     if (!first) {
         setImageValues(view);
@@ -55,8 +60,7 @@ std::uint32_t Optimization::imageSamples(std::size_t view, const Target& target)
         const std::optional<Residual> found = residual(config_.loss, state_.images[view], target, shares_[view]);
         noise = found && found->whole > 0 ? std::clamp(1 - found->beyond / found->whole, 0.0, 1.0) : 0;
     }
-    constexpr double kLeast = 2; // of both halves
-    return std::uint32_t(std::lround(kLeast + (config_.sppDifference - kLeast) * 0.5 * (std::max(signal, noise) + noise)));
+    return std::uint32_t(std::lround(kFewest + (perPixel(config_.sppDifference) - kFewest) * 0.5 * (std::max(signal, noise) + noise)));
 }
 
 // The model's second values: those of the view's image.

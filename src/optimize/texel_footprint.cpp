@@ -150,4 +150,12 @@ TexelFootprint texelFootprint(const Scene& scene, std::uint32_t parameter, std::
     return {std::isfinite(square) ? std::sqrt(square) : 0, leastOf(all)};
 }
 
+double sampleShare(std::span<const TexelFootprint> footprints) {
+    constexpr double kPixels = 4, kLeast = 0.25;
+    double share = footprints.empty() ? 1 : kLeast;
+    for (const TexelFootprint& footprint : footprints)
+        share = std::max(share, footprint.mean > 0 ? std::min(1.0, kPixels * footprint.mean * footprint.mean) : 1.0);
+    return share;
+}
+
 } // namespace cmpg

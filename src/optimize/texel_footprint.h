@@ -17,4 +17,8 @@ struct TexelFootprint {
 };
 TexelFootprint texelFootprint(const Scene& scene, std::uint32_t parameter, std::span<const CameraRays> pictures);
 
+// How much of its samples a pixel needs where all that is recovered are textures of these: less where a texel covers more than four pixels, since it has the
+// samples of all of them. From 1/4 to 1; 1 where the footprint of one is not known.
+double sampleShare(std::span<const TexelFootprint> footprints);
+
 } // namespace cmpg

@@ -144,6 +144,25 @@ TEST(LibraryRecovery, StepsTexturesFarFinerThanPixelsOnACoarserGrid) {
     EXPECT_NE(other.values(kPainting), found);
 }
 
+// A texel has the samples of all its pixels. A prior alone is told how many these are; roughness is as noisy with it.
+TEST(LibraryRecovery, TexelsOfManyPixelsTakeFewerSamplesOfEach) {
+    Scene scene = Scene::load(kBox);
+    for (const std::string& texture : {kPainting, std::string("painting.roughness")})
+        scene.resize(texture, 8, 8);
+    const Target target{"", Renderer(device(), scene).render({.width = 64, .height = 64, .spp = 16})};
+    const auto paths = [&](const std::string& parameter, float prior) {
+        RecoveryOptions options;
+        options.parameters = {parameter};
+        options.prior = prior;
+        const Renderer renderer(device(), scene, {.parameters = {parameter}, .recoveries = true});
+        Recovery recovery(renderer, {target}, options);
+        recovery.step();
+        return double(recovery.step().paths);
+    };
+    EXPECT_LT(paths(kPainting, 8), 0.75 * paths(kPainting, 0));
+    EXPECT_EQ(paths("painting.roughness", 8), paths("painting.roughness", 0));
+}
+
 TEST(LibraryRecovery, ExpectsWhatTheNextStepTakes) {
     RecoveryOptions options = paintingOptions();
     options.viewsPerStep = 0;

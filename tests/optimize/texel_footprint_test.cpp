@@ -118,5 +118,22 @@ TEST(TexelFootprint, AgreesWithRaysAtASlant) {
     EXPECT_NEAR(square.texels(40, 40), expected, 0.01 * expected);
 }
 
+TEST(SampleShare, FallsWhereTexelsCoverMoreThanFourPixels) {
+    const auto share = [](std::initializer_list<double> means) {
+        std::vector<TexelFootprint> footprints;
+        for (const double mean : means)
+            footprints.push_back({.mean = mean});
+        return sampleShare(footprints);
+    };
+    EXPECT_EQ(share({}), 1);
+    EXPECT_EQ(share({0}), 1) << "a constant, or an environment";
+    EXPECT_EQ(share({2}), 1);
+    EXPECT_EQ(share({0.5}), 1) << "four pixels a texel";
+    EXPECT_EQ(share({0.375}), 0.5625);
+    EXPECT_EQ(share({0.01}), 0.25) << "at least";
+    EXPECT_EQ(share({0.01, 0.375}), 0.5625) << "the finest tells";
+    EXPECT_EQ(share({0.01, 0}), 1);
+}
+
 } // namespace
 } // namespace cmpg::test
