@@ -60,7 +60,7 @@ std::uint32_t Optimization::imageSamples(std::size_t view, const Target& target)
         const std::optional<Residual> found = residual(config_.loss, state_.images[view], target, shares_[view]);
         noise = found && found->whole > 0 ? std::clamp(1 - found->beyond / found->whole, 0.0, 1.0) : 0;
     }
-    return std::uint32_t(std::lround(kFewest + (perPixel(config_.sppDifference) - kFewest) * 0.5 * (std::max(signal, noise) + noise)));
+    return std::uint32_t(std::lround(kFewest + (double(perPixel(config_.sppDifference)) - kFewest) * 0.5 * (std::max(signal, noise) + noise)));
 }
 
 // The model's second values: those of the view's image.

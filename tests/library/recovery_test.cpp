@@ -144,7 +144,7 @@ TEST(LibraryRecovery, StepsTexturesFarFinerThanPixelsOnACoarserGrid) {
     EXPECT_NE(other.values(kPainting), found);
 }
 
-// A texel has the samples of all its pixels. A prior alone is told how many these are; roughness is as noisy with it.
+// A texel has the samples of all its pixels. How many these are is measured for the prior. Roughness, whose derivatives are noisier, keeps all.
 TEST(LibraryRecovery, TexelsOfManyPixelsTakeFewerSamplesOfEach) {
     Scene scene = Scene::load(kBox);
     for (const std::string& texture : {kPainting, std::string("painting.roughness")})

@@ -37,9 +37,9 @@ def command(ranks, arguments):
     return (launch(ranks) if ranks > 1 else []) + [program, "--headless", *arguments]
 
 
-def run(ranks, arguments, code=0):
+def run(ranks, arguments):
     done = subprocess.run(command(ranks, arguments), env=environment, capture_output=True, text=True, timeout=500)
-    if done.returncode != code:
+    if done.returncode != 0:
         sys.exit(f"exit code {done.returncode} from {ranks} ranks: {arguments}\n{done.stdout}{done.stderr}")
     return done.stdout + done.stderr
 
@@ -170,8 +170,11 @@ def failed():
 
 
 def refused():
-    if "does not run on several ranks" not in run(2, ["compare", box, "--param", "painting.baseColor", "-o", str(folder / "c")], code=2):
-        sys.exit("compare was not refused")
+    arguments = ["compare", box, "--param", "painting.baseColor", "-o", str(folder / "c")]
+    done = subprocess.run(command(2, arguments), env=environment, capture_output=True, text=True, timeout=120)
+    # One rank ends the other, by which MPICH's launcher ends with 9 where that is first.
+    if done.returncode not in ((2, 9) if mpich else (2,)) or "does not run on several ranks" not in done.stdout + done.stderr:
+        sys.exit(f"compare was not refused, exit code {done.returncode}: {done.stdout}{done.stderr}")
     alone = folder / "cmpg-vk"  # without its modules
     alone.write_bytes(pathlib.Path(program).read_bytes())
     alone.chmod(0o755)
