@@ -115,7 +115,7 @@ TEST(Traversal, Soup) {
     compare(g, randomRays(g, kRays, 2));
 }
 
-// Rays meet most of the slivers' boxes, and take ten times as long as in a room.
+// Rays meet most of the slivers' boxes, and take seven times as long as in a room.
 void traceSlivers(std::uint32_t rays) {
     const Geometry g = generated::slivers(5000, 3);
     compare(g, randomRays(g, rays, 3), {.needles = true});
