@@ -163,8 +163,8 @@ class Recovery {
     // Adds `spp` samples per pixel of that image, at the current values, to a film of the target's size.
     void image(Film& film, std::size_t target = 0, std::uint32_t spp = 64, PassReport* report = nullptr);
 
-    // For the steps to come: samples per pixel of images and derivative passes, and a factor on all rates, from 0 to 1e6, beside the schedule.
-    // Checkpoints have neither: who resumes a recovery sets them again.
+    // For the steps to come: samples per pixel of images and derivative passes, as RecoveryOptions has them, and a factor on all rates, from 0 to 1e6, beside
+    // the schedule. Checkpoints have neither: who resumes a recovery sets them again.
     void setSamples(std::uint32_t spp, std::uint32_t sppGradient);
     void setRateFactor(double factor);
 

@@ -27,6 +27,7 @@ struct OptimizeConfig {
     // Per pixel, at most, of the steps that carry the image of the step before on (RunningImage), two at least; 0: every step renders its own of `spp`. As
     // many where what is left of a squared loss is the image's noise, half of them where it is not and gradients are signal, two where neither.
     std::uint32_t sppDifference = 2;
+    double sampleShare = 1; // of these numbers that a pixel takes, two samples at least (texel_footprint.h)
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     // Gauss-Newton needs a squared loss and images that steps carry on, and takes derivative passes in halves. Some steps measure the curvature first, which
@@ -44,7 +45,6 @@ struct OptimizeConfig {
     // So many views a step, in random order, whose mean loss stands for that of all. 0: all; where Gauss-Newton recovers textures, without constants, from four
     // views or more, one at first and more later (ViewOrder), and from fewer one where all textures are of shapes of lobes.
     std::uint32_t viewsPerStep = 0;
-    double sampleShare = 1; // of the samples above, with which a pixel has two at least (texel_footprint.h)
     // Of the images that steps carry on, and the values that they are of. Images of views beyond it begin anew in every step that sees these.
     std::size_t imageBytes = std::size_t(1) << 30;
     std::uint32_t warmUp = 0;  // first steps, which leave the parameters alone: the model learns

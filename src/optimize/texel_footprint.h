@@ -7,8 +7,8 @@
 
 namespace cmpg {
 
-// Of surfaces within the pictures, hidden ones too, since what hides them hides both, but not of what mirrors and lenses show. Many triangles are sampled. All 0 where no picture shows the texture, as of
-// an environment, and of constants.
+// Of surfaces within the pictures, hidden ones too, since what hides them hides both, but not of what mirrors and lenses show. Many triangles are sampled.
+// All 0 where no picture shows the texture, as of an environment, and of constants.
 struct TexelFootprint {
     // Texels along the edge of a pixel: the root of how many texels the pictures show by how many pixels they cover.
     double mean = 0;
