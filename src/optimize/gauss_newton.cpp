@@ -23,20 +23,7 @@ constexpr Momentum kMomentum{0.5f, 0.75f, 1};
 constexpr Momentum kSeenMomentum{0.25f, 0.6f, 5};
 // The share of noise in a gradient with which the shape of lobes has no momentum: its texels wander with what noise moved. Normals do better with it.
 constexpr float kTooNoisy = 0.25f;
-constexpr double kNewWeight = 0.3;   // of the latest step in the averages of signal and noise
 constexpr double kLeastShare = 0.02; // of the signal: the average may be below 0 by chance
-
-// Finite, and its square as well.
-bool isUsable(float value) { return value * value <= std::numeric_limits<float>::max(); }
-
-float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) : 0.f; }
-
-// How far an entry may go in a step.
-double reachOf(SlotKind kind, double rate) {
-    constexpr double kLinear = 0.04; // where images are far from linear: farther steps end where they began or worse
-    const double reach = std::min(kNewtonReach * rate, 1e30);
-    return isFarFromLinear(kind) ? std::min(reach, kLinear) : reach;
-}
 
 // A gradient as one of the grids sees it, and what bounds the curvature there.
 struct Grid {
@@ -49,19 +36,12 @@ struct Grid {
     // The step that `left` of the gradient asks for, times the share of the signal in all of it. `noise`: what the grid's texels remember.
     std::vector<float> step(std::vector<float> left, SignalNoise& noise, double rate, bool first) const {
         const std::size_t count = gradient.size();
-        const double weight = first ? 1 : kNewWeight;
-        std::vector<float> deviation(count);
-        noise.squares.resize(count);
-        forEachEntry(count, [&](std::size_t i) {
-            const float square = half[i] * half[i];
-            float& average = noise.squares[i];
-            average += float(weight) * (square - average);
-            deviation[i] = std::sqrt(std::max(average, square)) / (scale.empty() ? 1.f : scale[i]);
-        });
+        const double weight = first ? 1 : kLatestWeight;
+        std::vector<float> deviation = followNoise(noise.squares, half, float(weight));
+        if (!scale.empty())
+            forEachEntry(count, [&](std::size_t i) { deviation[i] /= scale[i]; });
         const TextureCurvature curvature(known, seen, diagonal, std::move(deviation), float(std::min(rate, 1e30)));
-        const double whole = curvature.length(gradient), stray = curvature.length(half); // the mean's length has the signal's and the noise's in it
-        noise.signal += weight * (whole - stray - noise.signal);
-        noise.noise += weight * (stray - noise.noise);
+        noise.follow(curvature.length(gradient), curvature.length(half), weight);
         std::vector<float> result = curvature.solve(std::move(left));
         const auto share = float(signalShare(noise));
         forEachEntry(count, [&](std::size_t i) { result[i] *= share; });
@@ -100,16 +80,6 @@ std::vector<float> stepsOfGrids(const Grid& finest, std::span<SignalNoise> noise
     return step;
 }
 
-// With its own.
-std::size_t countOfGrids(const TotalVariationBound& known) {
-    if (known.empty()) // nothing connects texels: those that no path met would move with the others
-        return 1;
-    std::size_t count = 1;
-    for (TextureGrid grid = known.grid(); grid.width * grid.height > 1; grid = grid.coarser())
-        ++count;
-    return count;
-}
-
 float boundOf(double product, float direction) {
     const double found = product / double(direction);
     return found > 0 && found < std::numeric_limits<float>::max() ? float(found) : 0.f; // noise, or a path that overflowed
@@ -123,6 +93,33 @@ std::vector<float> boundOfSome(const Moments& moments, double share) {
 }
 
 } // namespace
+
+double reachOf(SlotKind kind, double rate) {
+    constexpr double kLinear = 0.04; // where images are far from linear: farther steps end where they began or worse
+    const double reach = std::min(kNewtonReach * rate, 1e30);
+    return isFarFromLinear(kind) ? std::min(reach, kLinear) : reach;
+}
+
+std::size_t countOfGrids(const TotalVariationBound& known) {
+    if (known.empty())
+        return 1;
+    std::size_t count = 1;
+    for (TextureGrid grid = known.grid(); grid.width * grid.height > 1; grid = grid.coarser())
+        ++count;
+    return count;
+}
+
+std::vector<float> followNoise(std::vector<float>& squares, std::span<const float> half, float weight) {
+    std::vector<float> deviation(half.size());
+    squares.resize(half.size());
+    forEachEntry(half.size(), [&](std::size_t i) {
+        const float square = half[i] * half[i];
+        float& average = squares[i];
+        average += weight * (square - average);
+        deviation[i] = std::sqrt(std::max(average, square));
+    });
+    return deviation;
+}
 
 double signalShare(const SignalNoise& noise) {
     const double whole = noise.signal + noise.noise;

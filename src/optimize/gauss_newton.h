@@ -6,6 +6,7 @@
 #include "optimize/regularizer.h"
 
 #include <algorithm>
+#include <limits>
 #include <span>
 
 namespace cmpg {
@@ -62,5 +63,16 @@ inline bool isFarFromLinear(SlotKind kind) { return shapesLobe(kind) || kind == 
 double signalShare(const SignalNoise& noise);
 
 constexpr double kNewtonReach = 10; // times the rate: the largest step of an entry
+
+// For updates of one map and of several together.
+constexpr double kLatestWeight = 0.3; // of the latest step in averages over steps
+// Finite, and its square as well.
+inline bool isUsable(float value) { return value * value <= std::numeric_limits<float>::max(); }
+inline float usableOrZero(double entry) { return isUsable(float(entry)) ? float(entry) : 0.f; }
+double reachOf(SlotKind kind, double rate); // how far an entry may go in a step
+// With the texture's own: of one, where nothing connects texels, since those that no path met would move with the others.
+std::size_t countOfGrids(const TotalVariationBound& known);
+// Adds `half` to the averages of SignalNoise::squares; returns the deviations, of this step or of the last ones, whichever are larger.
+std::vector<float> followNoise(std::vector<float>& squares, std::span<const float> half, float weight);
 
 } // namespace cmpg

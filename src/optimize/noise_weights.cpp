@@ -11,7 +11,7 @@
 namespace cmpg {
 namespace {
 
-constexpr std::size_t kReach = 3; // neighbours to each side
+constexpr std::size_t kPixelsAround = 3; // neighbours to each side
 constexpr std::size_t kRowsAtOnce = 16;
 
 // Standard deviations, and the number of pixels that they are of.
@@ -24,9 +24,9 @@ struct Deviations {
     }
 };
 
-// The sum over the places within kReach of place `i` of `count`, which are `stride` apart.
+// The sum over the places within kPixelsAround of place `i` of `count`, which are `stride` apart.
 Deviations sumAround(const Deviations* from, std::size_t i, std::size_t count, std::size_t stride) {
-    const std::size_t first = i - std::min(i, kReach), last = std::min(i + kReach, count - 1);
+    const std::size_t first = i - std::min(i, kPixelsAround), last = std::min(i + kPixelsAround, count - 1);
     Deviations sum;
     for (std::size_t k = first; k <= last; ++k)
         sum += from[k * stride];

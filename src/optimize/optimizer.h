@@ -61,6 +61,11 @@ OptimizerKind methodOf(OptimizerKind asked, SlotKind kind, bool newton);
 struct SignalNoise {
     std::vector<float> squares;   // by entry: average square of the gradient's noise; empty for constants, which step together
     double signal = 0, noise = 0; // averages of the gradient's squared length without noise, and of that of its noise
+    // `whole`: squared length of a step's gradient, which has the signal's and the noise's in it; `stray`: that of the noise. `weight`: of the step.
+    void follow(double whole, double stray, double weight) {
+        signal += weight * (whole - stray - signal);
+        noise += weight * (stray - noise);
+    }
 };
 
 // What an optimiser remembers of one parameter.

@@ -1,6 +1,7 @@
 // D + C + L of a texture, and steps by it.
 #include "optimize/texture_curvature.h"
 
+#include "optimize/conjugate_gradients.h"
 #include "optimize/entry_loops.h"
 
 #include <algorithm>
@@ -12,14 +13,6 @@ namespace {
 
 constexpr double kLeastCurvature = 1e-3;      // of the mean: entries that no path met in the passes that measured it
 constexpr float kNoiseOfDifferences = 0.25f;  // of texels that a pixel sees at once: noise takes these no farther apart than `stray` over it
-constexpr std::size_t kMostIterations = 30;   // of conjugate gradients: what is known spreads over so many texels in a step; farther by coarser grids
-constexpr std::size_t kFewestIterations = 10; // of large textures, which would take half of a step otherwise and end as near
-constexpr std::size_t kEntriesOfIterations = std::size_t(1) << 22; // over all of them
-constexpr double kTolerance = 1e-3;           // of the residual's norm
-
-double dot(std::span<const float> a, std::span<const float> b) {
-    return sumOfEntries(a.size(), [&](std::size_t i) { return double(a[i]) * b[i]; });
-}
 
 } // namespace
 
@@ -56,31 +49,20 @@ double TextureCurvature::length(std::span<const float> gradient) const {
 
 std::vector<float> TextureCurvature::solve(std::vector<float> gradient) const {
     const std::size_t count = gradient.size();
-    std::vector<float> residual = std::move(gradient), scaled(count);
-    forEachEntry(count, [&](std::size_t i) { scaled[i] = inverse_[i] * residual[i]; });
+    std::vector<float> scaled(count);
+    forEachEntry(count, [&](std::size_t i) { scaled[i] = inverse_[i] * gradient[i]; });
     if (known_.empty() && !seen_.texels)
         return scaled;
-    std::vector<float> x(count), direction = scaled, image(count);
-    double length = dot(residual, scaled);
-    const double enough = length * kTolerance * kTolerance;
-    const std::size_t iterations = std::clamp(kEntriesOfIterations / std::max<std::size_t>(1, count), kFewestIterations, kMostIterations);
-    for (std::size_t k = 0; k < iterations && length > enough; ++k) {
-        multiply(direction, image);
-        const double curvature = dot(direction, image);
-        if (!(curvature > 0))
-            break;
-        const auto step = float(length / curvature);
-        const double next = sumOfEntries(count, [&](std::size_t i) { // in one pass: large textures wait for memory
-            x[i] += step * direction[i];
-            residual[i] -= step * image[i];
-            scaled[i] = inverse_[i] * residual[i];
-            return double(residual[i]) * scaled[i];
+    return conjugateGradients(
+        std::move(gradient), std::move(scaled), [&](std::span<const float> x, std::span<float> out) { multiply(x, out); },
+        [&](float step, const std::vector<float>& direction, const std::vector<float>& image, std::vector<float>& x, std::vector<float>& residual, std::vector<float>& z) {
+            return sumOfEntries(count, [&](std::size_t i) { // in one pass: large textures wait for memory
+                x[i] += step * direction[i];
+                residual[i] -= step * image[i];
+                z[i] = inverse_[i] * residual[i];
+                return double(residual[i]) * z[i];
+            });
         });
-        const auto turn = float(next / length);
-        forEachEntry(count, [&](std::size_t i) { direction[i] = scaled[i] + turn * direction[i]; });
-        length = next;
-    }
-    return x;
 }
 
 } // namespace cmpg

@@ -18,7 +18,7 @@ constexpr std::size_t kFewestTold = 256;                // or there is no covari
 constexpr double kLeastTold = 0.1, kMostTold = 0.98;    // of all texels
 constexpr double kFewPairs = 20;                        // of texels at a distance: so many without covariance are added
 constexpr double kNoiseShare = 0.03;                         // of the variance: told texels have errors, and no texture repeats exactly
-constexpr double kReach = 0.5;                          // of the texture's size: standard deviation of the Gaussian that covariances are faded by
+constexpr double kFadingReach = 0.5;                          // of the texture's size: standard deviation of the Gaussian that covariances are faded by
 constexpr std::size_t kMostTrials = 3;                      // of a guess, on told texels that are left out
 constexpr double kMostOut = 0.5;                        // of told texels
 constexpr double kBetter = 0.95;                        // of a smooth surface's squared error, at most
@@ -93,7 +93,7 @@ class Covariance {
         for (std::size_t y = 0; y < height_; ++y)
             for (std::size_t x = 0; x < width_; ++x) {
                 const std::size_t i = y * width_ + x;
-                const double across = double(std::min(x, width_ - x)) / (kReach * double(grid.width)), down = double(std::min(y, height_ - y)) / (kReach * double(grid.height));
+                const double across = double(std::min(x, width_ - x)) / (kFadingReach * double(grid.width)), down = double(std::min(y, height_ - y)) / (kFadingReach * double(grid.height));
                 plane.real[i] = float(sums[i] / (pairs[i] + kFewPairs) * std::exp(-0.5 * (across * across + down * down)));
             }
         plane.transform();
