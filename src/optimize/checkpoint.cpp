@@ -59,6 +59,9 @@ void put(ByteWriter& out, const OptimizeState& state) {
     for (const std::vector<double>* values : {&state.carried.mean, &state.carried.variance, &state.carried.squares})
         out.put(*values);
     out.put(state.carried.at);
+    out.count(state.cross.size());
+    for (const CrossCurvature& cross : state.cross)
+        out.put(cross.below);
     out.count(state.losses.size());
     for (const ViewLoss& loss : state.losses) {
         out.put(loss.value);
@@ -172,6 +175,9 @@ OptimizeState getState(ByteReader& in) {
             throw Malformed{"the variance of the gradient of constants is negative"};
     }
     state.carried.at = in.reals<float>();
+    state.cross.resize(in.count(8));
+    for (CrossCurvature& cross : state.cross)
+        cross.below = finite(in.reals<float>(), "the curvature of maps");
     state.losses.resize(in.count(8 + 8 + 1));
     for (ViewLoss& loss : state.losses) {
         loss.value = in.real();

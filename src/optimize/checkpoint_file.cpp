@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMagic = 0x0a504b4347504d43; // "CMPGCKP\n"
-constexpr std::uint32_t kVersion = 17;
+constexpr std::uint32_t kVersion = 18;
 constexpr std::size_t kNameBytes = 8, kHeaderBytes = 8 + 4 + 4 + 4, kSectionBytes = kNameBytes + 8 + 4; // without content
 
 std::uint32_t checksum(std::span<const std::uint8_t> bytes, std::uint32_t before = 0) {

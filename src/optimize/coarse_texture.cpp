@@ -23,7 +23,7 @@ TextureGrid TextureGrid::coarser(std::size_t factor) const {
 }
 
 CoarseTexture::CoarseTexture(const TextureGrid& fine, std::size_t factor)
-    : fine_(fine), coarse_(fine.coarser(factor)), columns_(between(fine.width, coarse_.width, fine.wrapU)), rows_(between(fine.height, coarse_.height, fine.wrapV)),
+    : factor_(factor), fine_(fine), coarse_(fine.coarser(factor)), columns_(between(fine.width, coarse_.width, fine.wrapU)), rows_(between(fine.height, coarse_.height, fine.wrapV)),
       rowsOf_(coarse_.height) {
     for (std::size_t y = 0; y < fine.height; ++y) {
         rowsOf_[rows_[y].first].push_back(y);

@@ -24,6 +24,7 @@ class CoarseTexture {
     explicit CoarseTexture(const TextureGrid& fine, std::size_t factor = 4); // fine.coarser(factor)
     const TextureGrid& fine() const { return fine_; }
     const TextureGrid& coarse() const { return coarse_; }
+    std::size_t factor() const { return factor_; }
     // P^T x, coarse().entries().
     std::vector<float> gather(std::span<const float> x) const;
     // Of the texels that are one of the coarse grid, weighted as P^T has it. Nothing of nothing.
@@ -40,6 +41,7 @@ class CoarseTexture {
     };
     static std::vector<Between> between(std::size_t fine, std::size_t coarse, bool wraps);
 
+    std::size_t factor_;
     TextureGrid fine_, coarse_;
     std::vector<Between> columns_, rows_;
     std::vector<std::vector<std::size_t>> rowsOf_; // by coarse row: the fine ones it is part of

@@ -188,15 +188,29 @@ bool Optimization::anyUsesDiagonal() const {
 void Optimization::restartCurvature() {
     const ViewOrder order = viewOrder();
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
-        Moments& moments = state_.moments[i];
-        if (!usesDiagonal(i) || moments.steps == 0 || state_.step == order.stepsBeforeAll() || order.seesAll(state_.step) == moments.peak.empty())
-            continue;
-        moments.start = state_.step;
-        moments.products = 0;
-        moments.second.assign(moments.second.size(), 0.f);
-        moments.peak = {};
-        moments.seen = nullptr;
+        const Moments& moments = state_.moments[i];
+        if (usesDiagonal(i) && moments.steps > 0 && state_.step != order.stepsBeforeAll() && order.seesAll(state_.step) != moments.peak.empty())
+            forgetCurvature(i);
     }
+    // What maps do together is not known of those that stepped apart.
+    for (std::size_t place = 0; place < coupled_.size(); ++place)
+        if (state_.cross[place].below.size() != crossEntries(coupled_[place])) {
+            state_.cross[place] = {};
+            for (const std::size_t i : coupled_[place])
+                if (state_.moments[i].steps > 0)
+                    forgetCurvature(i);
+        }
+}
+
+void Optimization::forgetCurvature(std::size_t i) {
+    Moments& moments = state_.moments[i];
+    moments.start = state_.step;
+    moments.products = 0;
+    moments.second.assign(moments.second.size(), 0.f);
+    moments.peak = {};
+    moments.seen = nullptr;
+    if (const std::vector<std::size_t>* maps = coupledWith(i))
+        state_.cross[std::size_t(maps - coupled_.data())] = {};
 }
 
 // As above from the first step on that sees all views; before, instead of steps, by how often all were seen. Also in the rest of an order that it begins in: views
@@ -208,7 +222,9 @@ bool Optimization::measuresDiagonal(std::size_t i) const {
     const std::uint32_t start = state_.moments[i].start, growth = emitsLight(scene_.parameters[parameters_[i]].kind) ? kGrowthOfLight : kGrowth;
     if (!order.seesAll(state_.step))
         return measuresCurvature(order.wholeOrders(start, state_.step), growth);
-    return measuresCurvature(state_.step - std::max(start, order.stepsBeforeAll()), growth);
+    const std::uint32_t since = state_.step - std::max(start, order.stepsBeforeAll());
+    // What maps do together changes with all of them, most of all at first.
+    return measuresCurvature(since, growth) || (!coupled_.empty() && std::has_single_bit(since));
 }
 
 bool Optimization::measuresAnyDiagonal() const {
@@ -248,6 +264,7 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     const std::vector<CurvatureGroup> groups = curvatureGroups();
     curvature_ = gradients_; // zeros
     seen_.assign(parameters_.size(), {});
+    cross_.assign(coupled_.size(), {});
     if (views.size() < model_.views())
         peak_ = gradients_;
     constantCurvature_.others.assign(constantCurvature_.others.size(), 0.0);
@@ -260,7 +277,7 @@ void Optimization::measureCurvature(std::span<const std::size_t> views, StepRepo
     }
 }
 
-// `groups`: how many there are, n. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. Steps
+// `groups`: how many there are, n; maps that step together are one of them. The Hessian is at most n times its blocks of single groups, whatever their signs: (a + b)^2 <= 2 a^2 + 2 b^2. Steps
 // descend by any bound of more than half of that, such as (n + 1) / 2 times, which is the block itself where n is 1. Where steps see some of the views the whole
 // bound stays: that of a view that has not had its turn is out of date.
 void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups, std::span<const std::size_t> views,
@@ -270,7 +287,6 @@ void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups
     for (std::size_t i = 0; i < parameters_.size(); ++i)
         model_.setSecondValues(parameters_[i], isMoved(i) ? movedValues(i, moving.axis) : scene_.parameters[parameters_[i]].values);
     const bool all = views.size() == model_.views();
-    const double bound = all ? 0.5 * double(groups + 1) : double(groups);
     std::vector<std::vector<double>> own; // of a view and the group
     if (!all || groups > 1)
         for (const std::vector<double>& gradient : gradients_)
@@ -300,8 +316,15 @@ void Optimization::measureGroup(const CurvatureGroup& moving, std::size_t groups
         if (!first.vertices.empty())
             addSeenTexels(group, first, a, b, weight, noiseOf(config_.loss, {halves.half[0].image, halves.half[1].image}, *target).around);
         for (std::size_t i = 0; i < own.size(); ++i) {
+            const std::vector<std::size_t>* const maps = coupledWith(i);
+            if (isNormal(i) && (maps || isMoved(i)))
+                toSteps(scene_.parameters[parameters_[i]].values, own[i]);
+            if (maps)
+                addCross(i, moving, own[i], 1 / double(all ? 1 : model_.views()));
             if (isNormal(i) && isMoved(i))
-                toSteps(scene_.parameters[parameters_[i]].values, moving.axis, own[i]);
+                dropOtherAxis(moving.axis, own[i]);
+            const std::size_t apart = maps ? groups + 1 - groupsOf(*maps) : groups; // what the maps do together is known
+            const double bound = all ? 0.5 * double(apart + 1) : double(apart);
             const double times = isConstant(i) ? 1 : isMoved(i) ? bound : 0;
             forEachEntry(own[i].size(), [&](std::size_t entry) {
                 const double product = times * std::exchange(own[i][entry], 0);

@@ -106,6 +106,8 @@ Optimization::Optimization(ImageModel& model, Scene& scene, OptimizeConfig confi
             moments.noise.assign(1, {});
         }
     findConstants(allowed && (config_.viewsPerStep == 0 || config_.viewsPerStep >= model_.views()));
+    findCoupled();
+    state_.cross.resize(coupled_.size());
     restartCurvature();
 }
 
@@ -308,6 +310,7 @@ void Optimization::applyUpdate(StepReport& report) {
     for (std::size_t i = 0; i < curvature_.size(); ++i)
         if (usesDiagonal(i))
             addDiagonal(i);
+    addCrossCurvature();
     curvature_.clear(); // before the update takes memory
     peak_.clear();
     if (carriesImages())
@@ -316,7 +319,7 @@ void Optimization::applyUpdate(StepReport& report) {
     if (state_.step >= config_.warmUp) {
         stepConstants(factor);
         for (std::size_t i = 0; i < parameters_.size(); ++i)
-            report.dropped += isConstant(i) ? 0 : move(i, factor);
+            report.dropped += isConstant(i) ? 0 : move(i, factor, report.loss);
         raiseToFloors();
     }
     state_.history.push_back(recordOf(report));
@@ -336,12 +339,20 @@ void Optimization::raiseToFloors() {
                 value = std::max(value, least);
 }
 
-std::uint64_t Optimization::move(std::size_t i, double factor) {
+double Optimization::rateOf(std::size_t i, double factor) const {
+    const Parameter& parameter = scene_.parameters[parameters_[i]];
+    const double unit = emitsLight(parameter.kind) ? std::max(double(state_.moments[i].unit), priorUnit(parameter)) : state_.moments[i].unit; // light may have begun too dark
+    return slotRate(config_.optimizer, parameter.kind) * factor * unit;
+}
+
+std::uint64_t Optimization::move(std::size_t i, double factor, double residual) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
+    if (const std::vector<std::size_t>* maps = coupledWith(i))
+        return maps->front() == i ? moveCoupled(std::size_t(maps - coupled_.data()), factor, residual) : 0; // all with the first
     if (method(i) == OptimizerKind::GaussNewton) {
-        const double unit = emitsLight(parameter.kind) ? std::max(double(moments.unit), priorUnit(parameter)) : moments.unit; // light may have begun too dark
-        return moveByGaussNewton(i, slotRate(config_.optimizer, parameter.kind) * factor * unit, emitsLight(parameter.kind) ? unit : 0);
+        const double light = emitsLight(parameter.kind) ? std::max(double(moments.unit), priorUnit(parameter)) : 0;
+        return moveByGaussNewton(i, rateOf(i, factor), light);
     }
     const std::uint32_t start = std::max(moments.start, config_.warmUp); // before which moments stand still
     return updateParameter(config_.optimizer, state_.step - start, factor, gradients_[i], moments, parameter);

@@ -3,6 +3,7 @@
 
 #include "optimize/coarse_texture.h"
 #include "optimize/constant_block.h"
+#include "optimize/coupled_maps.h"
 #include "optimize/gauss_newton.h"
 #include "optimize/image_model.h"
 #include "optimize/losses.h"
@@ -104,6 +105,7 @@ struct OptimizeState {
     std::vector<std::vector<float>> pixelShares{};  // of the views: by pixel, of the samples of images, 1 on average; empty: all alike
     ConstantCurvature constants{};                  // of those that step together
     CarriedGradient carried{};                      // and their gradient
+    std::vector<CrossCurvature> cross{};            // of the maps that step together (Optimization::coupled_)
     std::vector<ViewLoss> losses{};                 // of the views; empty before the first step
 };
 
@@ -161,6 +163,18 @@ class Optimization {
     void measureGroup(const CurvatureGroup& moving, std::size_t groups, std::span<const std::size_t> views, std::vector<PixelAnswers>& answers,
                       StepReport& report);
     void restartCurvature();
+    void forgetCurvature(std::size_t parameter);
+    // Maps of one material that step together (coupled_maps.h).
+    void findCoupled();
+    const std::vector<std::size_t>* coupledWith(std::size_t parameter) const; // among them it; null: it steps alone
+    std::size_t groupsOf(const std::vector<std::size_t>& maps) const;         // that curvatureGroups() has of them
+    std::size_t placeInBlock(const std::vector<std::size_t>& maps, std::size_t parameter) const; // of its first channel
+    std::size_t coarserBy(std::size_t parameter) const;                                        // texels along a side of one of the grid that it steps on
+    std::size_t crossEntries(const std::vector<std::size_t>& maps) const;                      // of CrossCurvature
+    // Adds to cross_ what a change of the group told in the derivatives by a map, `times` as much.
+    void addCross(std::size_t parameter, const CurvatureGroup& moved, std::span<const double> derivatives, double times);
+    void addCrossCurvature();
+    std::uint64_t moveCoupled(std::size_t place, double rateFactor, double residual);
     bool measuresDiagonal(std::size_t parameter) const;
     bool measuresAnyDiagonal() const;
     bool seesTexels(std::size_t parameter) const; // whether its texels are told from what camera rays meet
@@ -188,7 +202,8 @@ class Optimization {
     void guessUnseen(std::size_t parameter);
     std::vector<float> priorStrengths(std::size_t parameter) const; // as in addTotalVariation()
     void applyUpdate(StepReport& report);
-    std::uint64_t move(std::size_t parameter, double rateFactor);
+    std::uint64_t move(std::size_t parameter, double rateFactor, double residual);
+    double rateOf(std::size_t parameter, double rateFactor) const; // in its unit
     std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()
     const CoarseTexture* coarse(std::size_t parameter) const { return coarse_[parameter] ? &*coarse_[parameter] : nullptr; } // that it steps on; null: its own grid
     TextureGrid stepGrid(std::size_t parameter) const { return coarse_[parameter] ? coarse_[parameter]->coarse() : gridOf(scene_.parameters[parameters_[parameter]]); }
@@ -224,6 +239,7 @@ class Optimization {
     std::vector<OptimizerKind> methods_; // of the parameters
     std::vector<std::optional<CoarseTexture>> coarse_; // of the parameters: the grid that stands for one; none: its own
     std::vector<std::size_t> constants_; // places in parameters_ of those that step together
+    std::vector<std::vector<std::size_t>> coupled_; // of maps
     OptimizeState state_;
     double rateFactor_ = 1;
     std::vector<double> tolerance_; // of each view's loss, beside the prior
@@ -233,6 +249,7 @@ class Optimization {
     std::vector<std::vector<double>> noise_;      // of the step's derivative passes, where they come in halves: half of how these differ
     std::vector<TotalVariationBound> known_;      // of the step
     std::vector<std::vector<double>> curvature_;  // what the step has measured of it; empty where it has not
+    std::vector<CrossCurvature> cross_;           // of coupled_, the same
     std::vector<SeenTexels> seen_;                // of the parameters, what the same passes tell of texels that cameras see
     std::vector<std::vector<double>> peak_;       // the largest of its views alone, where a step does not see all
     std::vector<std::vector<float>> shares_;      // OptimizeState::pixelShares from this step on

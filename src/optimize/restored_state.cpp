@@ -29,6 +29,9 @@ void Optimization::requireFits(const OptimizeState& state, const std::vector<std
     const CarriedGradient& carried = state.carried;
     fits = fits && (carried.mean.empty() || carried.mean.size() == constants) && carried.variance.size() == carried.mean.size() &&
            carried.squares.size() == carried.mean.size() && carried.at.size() == carried.mean.size();
+    fits = fits && state.cross.size() == coupled_.size();
+    for (std::size_t place = 0; fits && place < coupled_.size(); ++place)
+        fits = state.cross[place].below.empty() || state.cross[place].below.size() == crossEntries(coupled_[place]);
     fits = fits && (state.losses.empty() || state.losses.size() == model_.views());
     fits = fits && (state.pixelShares.empty() || state.pixelShares.size() == model_.views());
     for (std::size_t view = 0; fits && view < model_.views(); ++view) {

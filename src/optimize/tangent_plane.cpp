@@ -41,9 +41,8 @@ void toSteps(std::span<const float> normals, std::span<double> derivatives) {
     });
 }
 
-void toSteps(std::span<const float> normals, std::size_t axis, std::span<double> derivatives) {
-    toSteps(normals, derivatives);
-    forEachEntry(normals.size() / 3, [&](std::size_t texel) { derivatives[3 * texel + 1 - axis] = 0; });
+void dropOtherAxis(std::size_t axis, std::span<double> derivatives) {
+    forEachEntry(derivatives.size() / 3, [&](std::size_t texel) { derivatives[3 * texel + 1 - axis] = 0; });
 }
 
 void moveNormals(std::span<const float> steps, std::span<float> normals) {

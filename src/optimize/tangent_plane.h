@@ -11,8 +11,8 @@ namespace cmpg {
 
 // Derivatives by the components become derivatives by such steps.
 void toSteps(std::span<const float> normals, std::span<double> derivatives);
-// The same, and 0 along the other axis than `axis`, 0 or 1.
-void toSteps(std::span<const float> normals, std::size_t axis, std::span<double> derivatives);
+// Of derivatives by steps: 0 along the other axis than `axis`, 0 or 1.
+void dropOtherAxis(std::size_t axis, std::span<double> derivatives);
 
 // Takes the steps; normals are unit then.
 void moveNormals(std::span<const float> steps, std::span<float> normals);

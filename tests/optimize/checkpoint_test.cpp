@@ -31,7 +31,7 @@ OptimizeConfig makeConfig(OptimizerKind kind = OptimizerKind::Adam) {
 }
 
 struct Bench {
-    explicit Bench(const OptimizeConfig& c = makeConfig()) : scene(test::makeScene()), model(scene, 2, 6, 4, 0.1), run(model, scene, c, {0, 1}) {}
+    explicit Bench(const OptimizeConfig& c = makeConfig(), Scene of = test::makeScene()) : scene(std::move(of)), model(scene, 2, 6, 4, 0.1), run(model, scene, c, {0, 1}) {}
     std::vector<FileSection> sections() const { return checkpointSections(run, model, {{"--loss", "\"mse\""}}, "{}", "a device"); }
     void advance(std::uint32_t steps) {
         while (steps-- > 0)
@@ -88,6 +88,39 @@ TEST_F(CheckpointFiles, ARunGoesOnAsIfItHadNotEnded) {
                 EXPECT_EQ(second.run.state().history[i].loss, whole.run.state().history[i].loss) << at;
         }
     }
+}
+
+// Maps of one material, which step together.
+Scene makeMaps() {
+    Scene scene;
+    scene.parameters.push_back(test::makeParameter("wall.baseColor", SlotKind::BaseColor, 4, 4, 3, 0.5f));
+    scene.parameters.push_back(test::makeParameter("wall.specular", SlotKind::Specular, 4, 4, 3, 0.5f));
+    Material& material = scene.materials.emplace_back();
+    material.parameters[std::size_t(SlotKind::BaseColor)] = 0;
+    material.parameters[std::size_t(SlotKind::Specular)] = 1;
+    return scene;
+}
+
+TEST_F(CheckpointFiles, MapsThatStepTogetherGoOnAsWell) {
+    const OptimizeConfig config = makeConfig(OptimizerKind::Auto);
+    Bench whole(config, makeMaps()), first(config, makeMaps()), second(config, makeMaps());
+    whole.advance(12);
+    first.advance(5);
+    ASSERT_EQ(first.run.state().cross.size(), 1u);
+    ASSERT_EQ(first.run.state().cross[0].below.size(), 16u * 15);
+    writeCheckpointFile(folder_, first.sections());
+    std::vector<std::string> refused;
+    const auto checkpoint = findCheckpoint(folder_, refused);
+    ASSERT_TRUE(checkpoint && refused.empty());
+    resume(*checkpoint, second.run, second.model);
+    second.advance(7);
+    for (std::size_t p = 0; p < 2; ++p)
+        EXPECT_EQ(second.scene.parameters[p].values, whole.scene.parameters[p].values);
+    Bench apart(config); // another scene
+    EXPECT_THROW(resume(*checkpoint, apart.run, apart.model), Error);
+    Checkpoint damaged = *checkpoint;
+    damaged.state.cross[0].below.pop_back();
+    EXPECT_THROW(resume(damaged, second.run, second.model), Error);
 }
 
 TEST(Checkpoint, EveryTruncationIsRefused) {
