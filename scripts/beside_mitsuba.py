@@ -51,13 +51,13 @@ def shader_caches(folder):
 
 
 class Display:
-    """A display for --display-server (docs/display-stream.md) that keeps every image whose name ends in /`name`, with its time of arrival.
+    """A display for --display-server (docs/display-stream.md) that keeps every image whose name ends in / and one of `names`, with its time of arrival.
 
-    with Display("painting.baseColor") as display: ...; display.images: (time.perf_counter(), width, height, floats as bytes).
+    with Display("painting.baseColor") as display: ...; display.images["painting.baseColor"]: (time.perf_counter(), width, height, floats as bytes).
     """
 
-    def __init__(self, name):
-        self.name, self.images = name, []
+    def __init__(self, *names):
+        self.images = {name: [] for name in names}
         self.server = socket.create_server(("127.0.0.1", 0))
         self.address = "127.0.0.1:%d" % self.server.getsockname()[1]
         self.thread = threading.Thread(target=self.listen, daemon=True)
@@ -84,7 +84,8 @@ class Display:
     def update(self, packet, now):
         end = packet.index(0, 2)
         name = packet[2:end].decode()
-        if not name.endswith("/" + self.name) and name != self.name:
+        images = self.images.get(name.rpartition("/")[2])
+        if images is None:
             return
         (channels,) = struct.unpack_from("<i", packet, end + 1)
         at = end + 5
@@ -93,7 +94,7 @@ class Display:
         _, y, width, height = struct.unpack_from("<4i", packet, at)
         floats = packet[at + 16 + 16 * channels:]
         if y > 0:  # a large image comes in several packets, of whole rows
-            _, _, above, before = self.images.pop()
+            _, _, above, before = images.pop()
             assert y == above, "rows of an image are missing"
             height, floats = y + height, before + floats
-        self.images.append((now, width, height, floats))
+        images.append((now, width, height, floats))
