@@ -123,24 +123,23 @@ void Optimization::addCrossCurvature() {
 
 std::uint64_t Optimization::moveCoupled(std::size_t place, double factor, double residual) {
     const std::vector<std::size_t>& coupled = coupled_[place];
-    std::vector<Parameter> steps;
+    std::vector<Parameter> steps; // of normals, with their gradients
     std::vector<std::vector<double>> gradients;
     steps.reserve(coupled.size());
+    gradients.reserve(coupled.size());
     std::vector<CoupledMap> maps;
     for (const std::size_t i : coupled) {
-        Parameter& parameter = scene_.parameters[parameters_[i]];
-        std::vector<double>& gradient = gradients.emplace_back(gradients_[i]);
-        Parameter* moved = &parameter;
+        Parameter* moved = &scene_.parameters[parameters_[i]];
+        std::span<const double> gradient = gradients_[i];
         if (isNormal(i)) {
-            toSteps(parameter.values, gradient);
-            toSteps(parameter.values, noise_[i]);
-            moved = &steps.emplace_back(parameter);
+            toSteps(moved->values, gradients.emplace_back(gradients_[i]));
+            toSteps(moved->values, noise_[i]);
+            gradient = gradients.back();
+            moved = &steps.emplace_back(*moved);
             std::fill(moved->values.begin(), moved->values.end(), 0.f);
         }
-        maps.push_back({*moved, state_.moments[i], known_[i], {}, noise_[i], rateOf(i, factor)});
+        maps.push_back({*moved, state_.moments[i], known_[i], gradient, noise_[i], rateOf(i, factor)});
     }
-    for (std::size_t m = 0; m < maps.size(); ++m)
-        maps[m].gradient = gradients[m];
     const std::uint64_t skipped = updateCoupled(maps, state_.cross[place], residual, viewShare_, coarserBy(coupled[0]));
     for (std::size_t m = 0; m < maps.size(); ++m)
         if (isNormal(coupled[m]))

@@ -202,8 +202,9 @@ class Optimization {
     void guessUnseen(std::size_t parameter);
     std::vector<float> priorStrengths(std::size_t parameter) const; // as in addTotalVariation()
     void applyUpdate(StepReport& report);
-    std::uint64_t move(std::size_t parameter, double rateFactor, double residual);
-    double rateOf(std::size_t parameter, double rateFactor) const; // in its unit
+    std::uint64_t move(std::size_t parameter, double rateFactor, double residual); // `residual`: the step's loss
+    double lightUnit(std::size_t parameter) const;                 // what light is measured by; 0: it is none
+    double rateOf(std::size_t parameter, double rateFactor) const; // with its unit
     std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()
     const CoarseTexture* coarse(std::size_t parameter) const { return coarse_[parameter] ? &*coarse_[parameter] : nullptr; } // that it steps on; null: its own grid
     TextureGrid stepGrid(std::size_t parameter) const { return coarse_[parameter] ? coarse_[parameter]->coarse() : gridOf(scene_.parameters[parameters_[parameter]]); }

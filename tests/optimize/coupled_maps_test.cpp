@@ -305,12 +305,7 @@ double lossOfTwo(bool together, std::size_t views, std::uint32_t steps) {
         material.parameters[std::size_t(SlotKind::BaseColor)] = 0;
         material.parameters[std::size_t(SlotKind::Specular)] = 1;
     }
-    Scene truth = scene;
-    std::mt19937 random(5);
-    std::uniform_real_distribution<float> uniform(0.2f, 0.8f);
-    for (Parameter& parameter : truth.parameters)
-        for (float& value : parameter.values)
-            value = uniform(random);
+    const Scene truth = truthOf(scene, 5, 0.8f);
     LinearModel model(scene, views, 16, 16, 0), target(truth, views, 16, 16, 0);
     OptimizeConfig config;
     config.optimizer.kind = OptimizerKind::Auto;

@@ -52,12 +52,7 @@ std::vector<std::uint32_t> allParameters(const Scene& scene) {
 // Maps of a wall, to which images answer alike, but `factor` times to the second: the loss after so many steps, over that before the first.
 double lossOfMaps(const std::vector<SlotKind>& kinds, double factor, std::uint32_t steps) {
     Scene scene = makeMaps(kinds);
-    Scene truth = scene;
-    std::mt19937 random(5);
-    std::uniform_real_distribution<float> uniform(0.2f, 0.8f);
-    for (Parameter& parameter : truth.parameters)
-        for (float& value : parameter.values)
-            value = uniform(random);
+    const Scene truth = truthOf(scene, 5, 0.8f);
     LinearModel model(scene, 1, 16, 16, 0), target(truth, 1, 16, 16, 0);
     model.secondFactor = target.secondFactor = factor;
     OptimizeConfig config = newtonConfig(OptimizerKind::Auto);

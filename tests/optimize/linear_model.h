@@ -197,16 +197,16 @@ inline Scene makeScene() {
     return scene;
 }
 
-// The same parameters with the values to be found.
-inline Scene makeTruth() {
-    Scene scene = makeScene();
-    std::mt19937 random(3);
-    std::uniform_real_distribution<float> uniform(0.2f, 0.9f);
+// The same parameters with values to be found, from 0.2 to `highest`.
+inline Scene truthOf(Scene scene, std::uint32_t seed, float highest) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(0.2f, highest);
     for (Parameter& parameter : scene.parameters)
         for (float& value : parameter.values)
             value = uniform(random);
     return scene;
 }
+inline Scene makeTruth() { return truthOf(makeScene(), 3, 0.9f); }
 
 // Noise-free targets of all views of the truth.
 inline std::vector<Target> makeTargets(std::size_t views, int width, int height) {
