@@ -171,7 +171,7 @@ bool hold(std::span<const CoupledMap> maps, std::span<const float> step, std::sp
     std::size_t entry = 0;
     for (const CoupledMap& map : maps)
         for (const float value : map.parameter.values) {
-            const bool leaves = (value <= map.parameter.lowest() && step[entry] > 0) || (value >= map.parameter.highest() && step[entry] < 0);
+            const bool leaves = (value <= map.lowest() && step[entry] > 0) || (value >= map.parameter.highest() && step[entry] < 0);
             more = more || (leaves && !held[entry]);
             held[entry] = held[entry] || leaves;
             ++entry;
@@ -187,7 +187,7 @@ template <class Wanted> void moveTexel(std::span<CoupledMap> maps, std::size_t t
         const Parameter& parameter = maps[m].parameter;
         for (std::size_t i = t * parameter.channels; i < (t + 1) * parameter.channels; ++i) {
             const float value = parameter.values[i], far = wanted(m, i), length = std::abs(far), reach = reachFrom(parameter.kind, value, far, maps[m].rate);
-            const float within = far < 0 ? value - parameter.lowest() : parameter.highest() - value;
+            const float within = far < 0 ? value - maps[m].lowest() : parameter.highest() - value;
             times = length * times > reach ? reach / length : times;
             if (within > 0) // else it is held
                 inRange = length * inRange > within ? within / length : inRange;
@@ -198,7 +198,7 @@ template <class Wanted> void moveTexel(std::span<CoupledMap> maps, std::size_t t
         Parameter& parameter = maps[m].parameter;
         for (std::size_t i = t * parameter.channels; i < (t + 1) * parameter.channels; ++i) {
             const float value = parameter.values[i];
-            parameter.values[i] = std::clamp(value + times * wanted(m, i), parameter.lowest(), std::min(parameter.highest(), kLargestValue));
+            parameter.values[i] = std::clamp(value + times * wanted(m, i), maps[m].lowest(), std::min(parameter.highest(), kLargestValue));
             maps[m].moments.first[i] = parameter.values[i] - value;
         }
     }

@@ -5,7 +5,9 @@
 #include "optimize/block_curvature.h"
 #include "optimize/optimizer.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 namespace cmpg {
@@ -19,6 +21,9 @@ struct CoupledMap {
     const TotalVariationBound& known;
     std::span<const double> gradient, half; // as in NoisyGradient
     double rate;
+    float floor = std::numeric_limits<float>::lowest(); // of the values, where it is above the lowest of their range
+
+    float lowest() const { return std::max(parameter.lowest(), floor); }
 };
 
 // One update of all, as updateByGaussNewton() has it for one, with blocks in place of D, whose diagonals are the maps' Moments::second, and `cross` off them. Entries

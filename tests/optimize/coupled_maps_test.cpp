@@ -90,7 +90,7 @@ struct Maps {
         }
         std::vector<CoupledMap> coupled;
         for (std::size_t m = 0; m < maps.size(); ++m)
-            coupled.push_back({maps[m], moments[m], known[m], g[m], none[m], rate});
+            coupled.push_back({maps[m], moments[m], known[m], g[m], none[m], rate, floors[m]});
         EXPECT_EQ(updateCoupled(coupled, cross, 0, viewShare), 0u);
     }
     void stepApart() {
@@ -107,6 +107,7 @@ struct Maps {
 
     std::vector<Parameter> maps;
     std::vector<Moments> moments;
+    std::array<float, 3> floors{};
     std::vector<double> truth; // of all entries, one map after the other
     std::vector<std::array<double, 3>> derivatives; // of measurements: by colour, roughness, metalness
 
@@ -131,23 +132,26 @@ TEST(CoupledMaps, FindWhatMapsOnTheirOwnDoNot) {
     }
 }
 
-// An entry at the end of its range, beyond which its best value lies, is held, and the others find what is best beside it.
+// An entry at the end of its range, beyond which its best value lies, is held, and the others find what is best beside it. So it is at a floor above that end.
 TEST(CoupledMaps, EntriesAtTheEndOfTheirRangeAreHeld) {
-    Maps maps;
-    for (std::size_t t = 0; t < kTexels; ++t) {
-        maps.truth[Maps::first(2) + t] = -0.1;
-        maps.maps[2].values[t] = 0;
-    }
-    const CrossCurvature cross = maps.measure();
-    for (int k = 0; k < 40; ++k)
-        maps.step(cross);
-    const std::vector<std::vector<double>> g = maps.gradients();
-    for (std::size_t t = 0; t < kTexels; ++t) {
-        EXPECT_EQ(maps.maps[2].values[t], 0);
-        EXPECT_GE(g[2][t], 0) << t;
-        for (std::size_t c = 0; c < 3; ++c)
-            EXPECT_NEAR(g[0][3 * t + c], 0, 0.01) << t;
-        EXPECT_NEAR(g[1][t], 0, 0.01) << t;
+    for (const float floor : {0.f, 0.03f}) {
+        Maps maps;
+        maps.floors[2] = floor;
+        for (std::size_t t = 0; t < kTexels; ++t) {
+            maps.truth[Maps::first(2) + t] = floor - 0.1;
+            maps.maps[2].values[t] = floor;
+        }
+        const CrossCurvature cross = maps.measure();
+        for (int k = 0; k < 40; ++k)
+            maps.step(cross);
+        const std::vector<std::vector<double>> g = maps.gradients();
+        for (std::size_t t = 0; t < kTexels; ++t) {
+            EXPECT_EQ(maps.maps[2].values[t], floor);
+            EXPECT_GE(g[2][t], 0) << t;
+            for (std::size_t c = 0; c < 3; ++c)
+                EXPECT_NEAR(g[0][3 * t + c], 0, 0.01) << t;
+            EXPECT_NEAR(g[1][t], 0, 0.01) << t;
+        }
     }
 }
 
