@@ -169,13 +169,15 @@ float reachFrom(SlotKind kind, float value, float wanted, double rate) {
 bool hold(std::span<const CoupledMap> maps, std::span<const float> step, std::span<std::uint8_t> held) {
     bool more = false;
     std::size_t entry = 0;
-    for (const CoupledMap& map : maps)
+    for (const CoupledMap& map : maps) {
+        const float lowest = map.lowest(), highest = map.parameter.highest();
         for (const float value : map.parameter.values) {
-            const bool leaves = (value <= map.lowest() && step[entry] > 0) || (value >= map.parameter.highest() && step[entry] < 0);
+            const bool leaves = (value <= lowest && step[entry] > 0) || (value >= highest && step[entry] < 0);
             more = more || (leaves && !held[entry]);
             held[entry] = held[entry] || leaves;
             ++entry;
         }
+    }
     return more;
 }
 

@@ -139,7 +139,8 @@ std::uint64_t Optimization::moveCoupled(std::size_t place, double factor, double
             moved = &steps.emplace_back(*moved);
             std::fill(moved->values.begin(), moved->values.end(), 0.f);
         }
-        maps.push_back({*moved, state_.moments[i], known_[i], gradient, noise_[i], rateOf(i, factor), isNormal(i) ? std::numeric_limits<float>::lowest() : raisedFloorOf(parameters_[i])});
+        const double rate = slotRate(config_.optimizer, moved->kind) * factor * state_.moments[i].unit;
+        maps.push_back({*moved, state_.moments[i], known_[i], gradient, noise_[i], rate, isNormal(i) ? std::numeric_limits<float>::lowest() : raisedFloorOf(parameters_[i])});
     }
     const std::uint64_t skipped = updateCoupled(maps, state_.cross[place], residual, viewShare_, coarserBy(coupled[0]));
     for (std::size_t m = 0; m < maps.size(); ++m)

@@ -339,23 +339,15 @@ void Optimization::raiseToFloors() {
                 value = std::max(value, least);
 }
 
-double Optimization::lightUnit(std::size_t i) const {
-    const Parameter& parameter = scene_.parameters[parameters_[i]];
-    return emitsLight(parameter.kind) ? std::max(double(state_.moments[i].unit), priorUnit(parameter)) : 0; // it may have begun too dark
-}
-
-double Optimization::rateOf(std::size_t i, double factor) const {
-    const double light = lightUnit(i);
-    return slotRate(config_.optimizer, scene_.parameters[parameters_[i]].kind) * factor * (light > 0 ? light : double(state_.moments[i].unit));
-}
-
 std::uint64_t Optimization::move(std::size_t i, double factor, double residual) {
     Parameter& parameter = scene_.parameters[parameters_[i]];
     Moments& moments = state_.moments[i];
     if (const std::vector<std::size_t>* maps = coupledWith(i))
         return maps->front() == i ? moveCoupled(std::size_t(maps - coupled_.data()), factor, residual) : 0; // all with the first
-    if (method(i) == OptimizerKind::GaussNewton)
-        return moveByGaussNewton(i, rateOf(i, factor), lightUnit(i));
+    if (method(i) == OptimizerKind::GaussNewton) {
+        const double unit = emitsLight(parameter.kind) ? std::max(double(moments.unit), priorUnit(parameter)) : moments.unit; // light may have begun too dark
+        return moveByGaussNewton(i, slotRate(config_.optimizer, parameter.kind) * factor * unit, emitsLight(parameter.kind) ? unit : 0);
+    }
     const std::uint32_t start = std::max(moments.start, config_.warmUp); // before which moments stand still
     return updateParameter(config_.optimizer, state_.step - start, factor, gradients_[i], moments, parameter);
 }

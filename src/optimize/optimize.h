@@ -32,7 +32,8 @@ struct OptimizeConfig {
     std::uint64_t seed = 0;
     Loss loss = Loss::Mse;
     // Gauss-Newton needs a squared loss and images that steps carry on, and takes derivative passes in halves. Some steps measure the curvature first, which
-    // costs about a step more. Constants step together, by the whole matrix of their curvature (constant_block.h), if they are few.
+    // costs about a step more. Constants step together, by the whole matrix of their curvature (constant_block.h), if they are few, and so do maps of one
+    // material, by a block for each texel (coupled_maps.h).
     OptimizerConfig optimizer;
     double totalVariation = 0; // weight of the regulariser; 0 = off
     // What is known of textures before any image: differences of neighbouring texels are distributed as exp(-prior n d), with n channels and d the root mean
@@ -203,8 +204,6 @@ class Optimization {
     std::vector<float> priorStrengths(std::size_t parameter) const; // as in addTotalVariation()
     void applyUpdate(StepReport& report);
     std::uint64_t move(std::size_t parameter, double rateFactor, double residual); // `residual`: the step's loss
-    double lightUnit(std::size_t parameter) const;                 // what light is measured by; 0: it is none
-    double rateOf(std::size_t parameter, double rateFactor) const; // with its unit
     std::uint64_t moveByGaussNewton(std::size_t parameter, double rate, double lightUnit); // as updateByGaussNewton()
     const CoarseTexture* coarse(std::size_t parameter) const { return coarse_[parameter] ? &*coarse_[parameter] : nullptr; } // that it steps on; null: its own grid
     TextureGrid stepGrid(std::size_t parameter) const { return coarse_[parameter] ? coarse_[parameter]->coarse() : gridOf(scene_.parameters[parameters_[parameter]]); }
